@@ -114,37 +114,6 @@ def drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int) -> Array:
     return _outer(drawn, cv2.CHAIN_APPROX_SIMPLE) / finer + corner
 
 
-@dataclass(frozen=True, eq=False)
-class Canvas:
-    """Memory ``cells`` (n,) for one drawing after the other, all zero between them: clearing it anew costs as much as all that is drawn."""
-
-    cells: NDArray[np.int32]
-
-    @classmethod
-    def empty(cls) -> "Canvas":
-        """One that has to grow."""
-        return cls(np.zeros(0, np.int32))
-
-    def grown(self, cells: int) -> "Canvas":
-        """One with so many ``cells`` at least."""
-        return self if len(self.cells) >= cells else Canvas(np.zeros(cells, np.int32))
-
-
-def drawn_edges(
-    pixels: Array, rim: NDArray[np.int64], finer: int, within: tuple[Array, Array], canvas: Canvas
-) -> tuple[Array, NDArray[np.int64], Canvas]:
-    """Every point (n, 2) px of the outer boundary as :func:`drawn_rim` draws it, and which of the edges ``rim`` (e, 2) is drawn there (n,).
-
-    ``pixels`` (v, 2) of the vertices, ``within`` the least and the largest (2,) px of them; ``canvas`` to draw on, returned large enough.
-    """
-    low, high = within
-    corner = low - MARGIN_PX
-    width, height = np.ceil((high + MARGIN_PX - corner) * finer).astype(int).tolist()
-    canvas = canvas.grown(width * height)
-    drawn, edge = _boundary(canvas.cells[: width * height].reshape(height, width), pixels, rim, corner, finer)
-    return drawn, edge, canvas
-
-
 def _blank(lines: Array, finer: int) -> tuple[NDArray[np.uint8], Array]:
     """An empty drawing that holds all ``lines`` (e, 2, 2) px, and where its corner is (2,)."""
     along = lines.reshape(-1, 2).T.copy()  # each axis by itself: numpy takes ten times as long over both
@@ -200,23 +169,17 @@ def _on_rim(pixels, faces, beside):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def bounds(points):  # type: ignore[no-untyped-def]
-    """Least and largest of points (n, 2) along each axis, which numpy takes ten times as long over."""
-    low, high = points[0].copy(), points[0].copy()
-    for i in range(len(points)):
-        for axis in range(2):
-            low[axis], high[axis] = min(low[axis], points[i, axis]), max(high[axis], points[i, axis])
-    return low, high
+def boundary(picture, pixels, corner, finer):  # type: ignore[no-untyped-def]
+    """Every point (n, 2) px of the outer boundary of edges with ends ``pixels`` (e, 2, 2), as :func:`drawn_rim` draws it.
 
-
-@numba.njit(cache=True)
-def _boundary(picture, pixels, rim, corner, finer):  # type: ignore[no-untyped-def]
-    """Points (n, 2) px of the outer boundary of edges ``rim`` (e, 2), and which edge each is on; ``picture`` is empty before and after."""
-    lines, numbers = np.empty((len(rim), 2, 2), np.int64), np.arange(1, len(rim) + 1)
-    for e in range(len(rim)):
+    And which edge is drawn there (n,). ``picture`` to draw on, ``finer`` than the pixels, is empty before and after; its first pixel is at
+    the ``corner`` (2,) px.
+    """
+    lines, numbers = np.empty(pixels.shape, np.int64), np.arange(1, len(pixels) + 1)
+    for e in range(len(pixels)):
         for end in range(2):
             for axis in range(2):
-                lines[e, end, axis] = np.rint((pixels[rim[e, end], axis] - corner[axis]) * finer)
+                lines[e, end, axis] = np.rint((pixels[e, end, axis] - corner[axis]) * finer)
     _draw(picture, lines, numbers)
     outer = _traced(picture, lines[:, :, 1].min())
     points, edge = outer / finer + corner, np.empty(len(outer), np.int64)

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from estimator.data.views import Poses
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.sphere import fibonacci_sphere
+from estimator.geometry.support import support
 from estimator.motion.rotation import rotation_from_vector
 
 Array = NDArray[np.float64]
@@ -41,9 +42,8 @@ def start_catalogue(hull_vertices: Array, centre: Array, *, directions: int = 60
     points = hull_vertices - centre
     points = points[ConvexHull(points).vertices]
     R = _looking_along(fibonacci_sphere(directions))
-    flat = np.einsum("dij,vj->dvi", R[:, :2], points)
-    support = np.stack([np.max(seen @ _outward().T, axis=0) for seen in flat])
-    return StartCatalogue(R=R, support=support, middle=_steiner(support))
+    reach = np.stack([support(points @ each[:2].T, _outward()) for each in R])
+    return StartCatalogue(R=R, support=reach, middle=_steiner(reach))
 
 
 def likely_starts(outline_xy: Array, catalogue: StartCatalogue, *, count: int, separation_rad: float = 0.15) -> Poses:

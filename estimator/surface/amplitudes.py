@@ -123,8 +123,10 @@ def independent(
     answers: Float[NDArray[np.float64], "u p"], known: csr_array | LinearOperator, frames: csr_array
 ) -> Float[NDArray[np.float64], "u m"]:
     """Combinations of ``answers`` that are independent with variance one under ``known`` (u, u) and that ``frames`` (u, u) feel."""
-    answers = answers / np.sqrt(np.sum(answers * (known @ answers), axis=0))
-    value, vector = np.linalg.eigh(answers.T @ (known @ answers))
+    products = answers.T @ (known @ answers)
+    size = np.sqrt(np.diag(products))
+    answers = answers / size
+    value, vector = np.linalg.eigh(products / np.outer(size, size))
     there = value > ROUNDING * value[-1]
     whitened = answers @ (vector[:, there] / np.sqrt(value[there]))
     information, turn = np.linalg.eigh(whitened.T @ (frames @ whitened))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 from estimator.surface.dissection import Factor, factorised
 from estimator.surface.evenness import Believed
@@ -98,11 +98,10 @@ class Eliminated:
 def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float, place: NDArray[np.int64] | None = None) -> Weighed:
     """Samples over their noise, those far off held by Huber's weights; ``place`` (c,) of their motions, ``None``: there are no others."""
     w = weights(samples.gap_px, noise_px, huber)
-    J = csr_array(samples.by_corner.multiply(w[:, None])) @ prior.basis
-    place = np.arange(samples.by_motion.shape[1]) if place is None else place
-    by = samples.by_motion
-    F = csr_array(by.multiply(w[:, None])) if isinstance(by, csr_array) else by * w[:, None]
-    return Weighed(samples, samples.gap_px * w, J, F, place)
+    by, each = samples.by_motion, diags_array(w)
+    place = np.arange(by.shape[1]) if place is None else place
+    F = csr_array(each @ by) if isinstance(by, csr_array) else by * w[:, None]
+    return Weighed(samples, samples.gap_px * w, csr_array(each @ (samples.by_corner @ prior.basis)), F, place)
 
 
 def weights(gap_px: Array, noise_px: float, huber: float) -> Array:

@@ -47,7 +47,7 @@ def _changes(joint: JointFit[M], others: Sequence[Other]) -> Array:
     """By how much each of c errors of the calibration changes the samples' residuals (m, c) px, what they meet being the same."""
     sightings, first = joint.sightings, joint.motion.first
     placed = particle_poses(first, flown_in(joint.motion, sightings), sightings)
-    met = contacts_of(joint.surface, pictures_of(sightings, placed))
+    met = contacts_of(joint.surface, pictures_of(sightings, placed)).parts()
     changes = np.zeros((sum(len(each.gap_px) for each in met), len(others)))
     for column, other in enumerate(others):
         for sign in (1.0, -1.0):

@@ -98,8 +98,8 @@ class Factor:
         """What the factor takes to ``right``, in the order of elimination."""
         x = np.ascontiguousarray(right[self.order])
         for front in self.fronts:
-            own = dtrsm(1.0, front.L, x[front.first : front.end], lower=1)
-            x[front.first : front.end] = own
+            own = x[front.first : front.end]
+            dtrsm(1.0, front.L, own.T, side=1, lower=1, trans_a=1, overwrite_b=1)  # transposed it lies as BLAS has it: in place
             x[front.rest] -= front.below @ own
         return x
 
@@ -107,8 +107,9 @@ class Factor:
         """What the transposed factor takes to ``half``, which is in the order of elimination."""
         x, solved = half.copy(), np.empty_like(half)
         for front in reversed(self.fronts):
-            own = x[front.first : front.end] - front.below.T @ x[front.rest]
-            x[front.first : front.end] = dtrsm(1.0, front.L, own, lower=1, trans_a=1)
+            own = x[front.first : front.end]
+            own -= front.below.T @ x[front.rest]
+            dtrsm(1.0, front.L, own.T, side=1, lower=1, overwrite_b=1)
         solved[self.order] = x
         return solved
 

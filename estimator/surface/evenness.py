@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
+from scipy.sparse import csr_array, diags_array, vstack
 
 from estimator.surface.star_surface import Sphere, Surface
 
@@ -67,7 +67,7 @@ def believed(surface: Surface, scale: float = LEAST_BEND, *, bent: float = BENT)
     free = np.flatnonzero(np.abs(bend) > bent)
     held = np.setdiff1d(np.arange(len(normals)), free)
     basis, corner = _basis(normals, held, free), np.concatenate([held, np.repeat(free, 3)])
-    moved = csr_array(kron(surface.sphere.laplacian, eye_array(3))) @ basis
+    moved = surface.sphere.by_axis @ basis
     weight = np.sqrt(2.0 / (1.0 + (bend / scale) ** 2)) / scale
     bends = csr_array(diags_array(weight / edge_m) @ _along(normals, np.arange(len(normals))) @ moved)
     tangents = _tangents(normals[free])

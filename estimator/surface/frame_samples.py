@@ -1,6 +1,6 @@
 """Distances of the samples of the high-speed cameras' outlines from those that surface and motion cast, with their derivatives."""
 
-from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,9 @@ from estimator.appearance.flight_errors import flown_in, particle_poses, sensiti
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.motion.flight import OFFSET, Motion
-from estimator.surface.contact import Picture, contacts_of
-from estimator.surface.samples import Samples, across_of, stacked
-from estimator.surface.star_surface import Seen, Surface
+from estimator.surface.contact import Picture, contacts_of, turned
+from estimator.surface.samples import Samples, samples_at
+from estimator.surface.star_surface import Seen, Surface, crossed
 
 
 def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, further: NDArray[np.float64] | None = None) -> Samples:
@@ -26,16 +26,18 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
     predicted, sensitivity = sensitivity_in(motion, sightings)
     sensitivity = sensitivity if further is None else np.concatenate([sensitivity, further], axis=2)
     placed = particle_poses(motion.first, predicted, sightings)
-    parts = []
-    for k, met in enumerate(contacts_of(surface, pictures_of(sightings, placed))):
-        camera = sightings.cameras[int(sightings.camera[k])]
-        across = across_of(replace(met, normal=met.outward), camera.intrinsics)
-        world = across @ camera.R_cam_world
-        arm = (met.point - camera.t_cam_world) @ camera.R_cam_world - predicted.centre[k, 0]
-        by_motion = -np.concatenate([world, np.cross(arm, world)], axis=1) @ sensitivity[k]
-        by_motion[:, OFFSET] = -1.0
-        parts.append((met, across @ placed.R[k], by_motion))
-    return stacked(surface, parts, motion.first.offset_px)
+    pictures = pictures_of(sightings, placed)
+    met = contacts_of(surface, pictures)
+    across, R = met.across(pictures, met.outward), sightings.R_cam_world
+    world = turned(across, met.starts, R)
+    nearer = np.array([camera.t_cam_world for camera in sightings.cameras])[sightings.camera]
+    centre = np.einsum("nij,nj->ni", R, predicted.centre[:, 0]) + nearer
+    arm = turned(met.point - np.repeat(centre, np.diff(met.starts), axis=0), met.starts, R)
+    by_pose = np.concatenate([-world, crossed(world, arm)], axis=1)
+    parts = zip(pairwise(met.starts.tolist()), sensitivity, strict=True)
+    by_motion = np.concatenate([by_pose[a:b] @ each for (a, b), each in parts])
+    by_motion[:, OFFSET] = -1.0
+    return samples_at(surface, met, turned(across, met.starts, placed.R), by_motion, motion.first.offset_px)
 
 
 def pictures_of(sightings: Sightings, placed: PoseSet) -> list[Picture]:

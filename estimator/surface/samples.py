@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from datasets.observation import CalibratedView
-from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
-from estimator.surface.contact import Contact, Picture, contacts_of
+from estimator.surface.contact import Contact, Picture, contacts_of, turned
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
@@ -56,49 +55,34 @@ class ShiftedViews:
     def samples(self, surface: Surface) -> Samples:
         """Their samples, with derivatives by the shifts that are unknown."""
         back = [outline.points_px - by for outline, by in zip(self.outlines, self.shift_px, strict=True)]
-        samples, contacts = _of_views(surface, back, self.calibrated, self.offset_px)
-        view = np.repeat(np.arange(len(contacts)), np.diff(samples.starts))
+        samples, met = _of_views(surface, back, self.calibrated, self.offset_px)
+        if not self.free:
+            return samples
+        view = np.repeat(np.arange(len(back)), np.diff(met.starts))
         columns, starts = (2 * view[:, None] + np.arange(2)).ravel(), 2 * np.arange(len(view) + 1)
-        normals = np.concatenate([met.normal for met in contacts])
-        by_shift = csr_array((-normals.ravel(), columns, starts), shape=(len(view), self.shift_px.size))
-        return replace(samples, by_motion=by_shift if self.free else by_shift[:, :0])
+        return replace(samples, by_motion=csr_array((-met.normal.ravel(), columns, starts), shape=(len(view), self.shift_px.size)))
 
     def moved(self, step: Array) -> "ShiftedViews":
         """After a ``step`` (k,) of those that are unknown."""
         return replace(self, shift_px=self.shift_px + step.reshape(-1, 2)) if self.free else self
 
 
-def _of_views(
-    surface: Surface, outlines_px: Sequence[Array], views: Sequence[CalibratedView], offset_px: float
-) -> tuple[Samples, list[Contact]]:
+def _of_views(surface: Surface, outlines_px: Sequence[Array], views: Sequence[CalibratedView], offset_px: float) -> tuple[Samples, Contact]:
     """Samples of outlines, each (s, 2) px, and what they meet."""
-    contacts = contacts_of(
-        surface, [Picture(v.intrinsics, v.R_cam_particle, v.t_cam_particle, o) for o, v in zip(outlines_px, views, strict=True)]
-    )
-    across = [across_of(met, view.intrinsics) @ view.R_cam_particle for met, view in zip(contacts, views, strict=True)]
-    return stacked(surface, [(met, a, np.zeros((len(a), 0))) for met, a in zip(contacts, across, strict=True)], offset_px), contacts
+    pictures = [Picture(v.intrinsics, v.R_cam_particle, v.t_cam_particle, o) for o, v in zip(outlines_px, views, strict=True)]
+    met = contacts_of(surface, pictures)
+    across = turned(met.across(pictures, met.normal), met.starts, np.array([v.R_cam_particle for v in views]))
+    return samples_at(surface, met, across, np.zeros((len(across), 0)), offset_px), met
 
 
-def across_of(met: Contact, camera: Intrinsics) -> Array:
-    """By how much (s, 3) px/m the cast outline moves along its normal where the body's points move, camera coordinates."""
-    x, y, z = met.point.T
-    u, v = met.normal[:, 0] * camera.fx_px, met.normal[:, 1] * camera.fy_px
-    return np.column_stack([u / z, v / z, -(u * x + v * y) / z**2])
+def samples_at(surface: Surface, met: Contact, across: Array, by_motion: Array, offset_px: float) -> Samples:
+    """Samples by what they meet.
 
-
-def stacked(surface: Surface, parts: Sequence[tuple[Contact, Array, Array]], offset_px: float) -> Samples:
-    """All pictures' samples.
-
-    ``parts``: of each picture its contact, and by how much the outline moves, px, with the particle's points (s, 3), per m, and with
-    motions (s, p), particle frame. ``offset_px`` of the outlines, outwards.
+    ``across`` (s, 3) px/m, by how much outlines move with the particle's points, particle frame, and ``by_motion`` (s, p); ``offset_px``
+    of the outlines, outwards.
     """
-    n = len(surface.vertices)
-    counts = np.array([len(met.gap_px) for met, _, _ in parts], dtype=np.int64)
-    first, second = (np.concatenate([getattr(met, name) for met, _, _ in parts]) for name in ("first", "second"))
-    share, across = np.concatenate([met.share for met, _, _ in parts]), np.concatenate([a for _, a, _ in parts])
-    rows, axis = np.repeat(np.arange(len(share)), 3), np.arange(3)
-    values = np.concatenate([(-(1.0 - share)[:, None] * across).ravel(), (-share[:, None] * across).ravel()])
-    columns = np.concatenate([(3 * corner[:, None] + axis).ravel() for corner in (first, second)])
-    by_corner = csr_array((values, (np.concatenate([rows, rows]), columns)), shape=(len(share), 3 * n))
-    gap = np.concatenate([met.gap_px for met, _, _ in parts]) - offset_px
-    return Samples(gap, np.concatenate([[0], np.cumsum(counts)]), by_corner, np.concatenate([f for _, _, f in parts]))
+    ends = np.stack([met.first, met.second], axis=1)
+    values = np.stack([(met.share - 1.0)[:, None] * across, -met.share[:, None] * across], axis=1)
+    columns, starts = 3 * ends[:, :, None] + np.arange(3), 6 * np.arange(len(ends) + 1)
+    by_corner = csr_array((values.ravel(), columns.ravel(), starts), shape=(len(ends), surface.vertices.size))
+    return Samples(met.gap_px - offset_px, met.starts, by_corner, by_motion)

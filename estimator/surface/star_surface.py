@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array, eye_array
+from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
@@ -31,6 +31,11 @@ class Sphere:
     mesh: CastingMesh
     laplacian: csr_array
     edge: float
+
+    @cached_property
+    def by_axis(self) -> csr_array:
+        """The Laplacian (3 n, 3 n) of all three coordinates of each corner."""
+        return csr_array(kron(self.laplacian, eye_array(3)))
 
     @property
     def subdivisions(self) -> int:

@@ -20,8 +20,8 @@ from estimator.appearance.sector_shape import sectors_of
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.surface.amplitudes import Amplitudes
-from estimator.surface.contact import Contact, Picture, contacts_of
-from estimator.surface.samples import across_of, stacked
+from estimator.surface.contact import Contact, Picture, contacts_of, turned
+from estimator.surface.samples import samples_at
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
@@ -129,33 +129,35 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
     counts = [len(outline) for outline in sightings.outlines_px]
     outlines_px = np.split(samples_px, np.cumsum(counts)[:-1])
     pictures = [Picture(lens, *each) for lens, *each in zip(lenses, placed.R, placed.t, outlines_px, strict=True)]
-    found = _met_in_place(surface, pictures)
-    parts = [(met, across_of(met, lens) @ R, np.zeros((len(met.gap_px), 0))) for met, lens, R in zip(found, lenses, placed.R, strict=True)]
-    point = np.concatenate([(met.point - t) @ R for met, R, t in zip(found, placed.R, placed.t, strict=True)])
+    met = _met_in_place(surface, pictures)
+    across = turned(met.across(pictures, met.normal), met.starts, placed.R)
+    point = turned(met.point - np.repeat(placed.t, counts, axis=0), met.starts, placed.R)
     sighting = np.repeat(np.arange(len(counts)), counts)
     cell = sighting * SECTORS + _sectors(outlines_px)
     count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64).reshape(-1, SECTORS)
-    normal, none = np.concatenate([met.normal for met in found]), np.zeros((*count.shape, 0))
-    made = Contacts(sighting, cell, point, normal, count, stacked(surface, parts, 0.0).by_corner, none, amplitude, placed)
+    by_corner = samples_at(surface, met, across, np.zeros((len(across), 0)), 0.0).by_corner
+    made = Contacts(sighting, cell, point, met.normal, count, by_corner, np.zeros((*count.shape, 0)), amplitude, placed)
     return made.with_amplitudes(amplitudes, amplitude)
 
 
-def _met_in_place(surface: Surface, pictures: Sequence[Picture]) -> list[Contact]:
+def _met_in_place(surface: Surface, pictures: Sequence[Picture]) -> Contact:
     """What samples meet of a surface, with every outline shifted onto the one that the surface casts there.
 
     Samples of one that lies beside it, as where a frame's time is wrong, would meet the facets that they happen to lie near, not those that
     they show. Residuals are linear in such a shift, whatever its size.
     """
-    placed, found = list(pictures), contacts_of(surface, pictures)
+    placed, found = list(pictures), contacts_of(surface, pictures).parts()
     beside = list(range(len(placed)))
     for _ in range(SHIFTED - 1):
         steps = {i: np.linalg.lstsq(found[i].normal, found[i].gap_px, rcond=None)[0] for i in beside}
         beside = [i for i, step in steps.items() if step @ step >= MOVED_PX**2]
         for i in beside:
             placed[i] = replace(placed[i], samples_px=placed[i].samples_px - steps[i])
-        for i, met in zip(beside, contacts_of(surface, [placed[i] for i in beside]), strict=True):
+        if not beside:
+            break
+        for i, met in zip(beside, contacts_of(surface, [placed[i] for i in beside]).parts(), strict=True):
             found[i] = met
-    return found
+    return Contact.together(found)
 
 
 def _sectors(outlines_px: Sequence[Array]) -> Index:

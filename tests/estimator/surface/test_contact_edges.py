@@ -30,8 +30,7 @@ def outline(surface: Surface, R: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def met_by(surface: Surface, R: NDArray[np.float64], samples_px: NDArray[np.float64]) -> Contact:
-    (met,) = contacts_of(surface, [Picture(CAMERA, R, T, samples_px)])
-    return met
+    return contacts_of(surface, [Picture(CAMERA, R, T, samples_px)])
 
 
 @pytest.mark.parametrize("turn", [0.3, 1.1, 2.0])

@@ -36,8 +36,7 @@ def outline(surface: Surface, out_px: float, count: int = 90) -> NDArray[np.floa
 
 
 def met_by(surface: Surface, samples_px: NDArray[np.float64]) -> Contact:
-    (met,) = contacts_of(surface, [Picture(CAMERA, R, T, samples_px)])
-    return met
+    return contacts_of(surface, [Picture(CAMERA, R, T, samples_px)])
 
 
 def test_a_ball_is_perfectly_smooth() -> None:
