@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Stage
-from estimator.diagnosis.diagnose import Unknown
+from estimator.diagnosis.diagnose import ALPHA, Unknown
 from estimator.diagnosis.law import Law, find_law
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.pooled_scores import pooled_scores
@@ -84,8 +84,8 @@ class EmpiricalFit:
 
     @property
     def described(self) -> bool:
-        """Whether a law says all that is known of it: curves of no law, which follow anything, predict no better than by chance."""
-        return self.law is not None and self.law.removed.after.as_well_as(self.removed.after)
+        """Whether a law says all that is known of it: curves of no law predict no sequence, nor all of them, better than by chance."""
+        return self.law is not None and self.law.removed.after.worse_by_chance(self.removed.after) >= ALPHA
 
 
 def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: Told = lambda _sentence: None) -> EmpiricalFit:

@@ -18,6 +18,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtr
 
 from datasets.vocabulary.effects import Scope
 from estimator.effects.model import Model
@@ -43,43 +44,70 @@ MOST = 2.0
 """Standard deviations of its prior that something held by a prior begins within (notebook 19)."""
 LOCAL_STEPS, SETTLED = 6, 0.05
 """Steps of a refit without what is held out, and the step in standard deviations that ends it: it begins near its end. By judgement."""
+INDEPENDENT = 2.0 / 3.0
+"""Of squared changes from row to row of what is independent in each: their mean varies as that of so many independent ones."""
 ASTRAY = (RanAway, np.linalg.LinAlgError)
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """RMS (px, or the unit of the kind of measurement) of all errors held out, ``per_sequence_px`` (s,), and their number."""
+    """Errors held out, in px or the unit of the kind of measurement: sums of ``squares`` and ``counts`` (n,) of each sequence's rows."""
 
-    rms_px: float
-    per_sequence_px: Array
-    errors: int
+    squares: tuple[Array, ...]
+    counts: tuple[Array, ...]
 
-    def as_well_as(self, other: "HeldOut") -> bool:
-        """Whether it predicts the same sequences as well as another, or better.
+    @property
+    def rms_px(self) -> float:
+        """Root mean square of all."""
+        return float(np.sqrt(sum(each.sum() for each in self.squares) / max(self.errors, 1)))
 
-        It may be worse by what is chance from sequence to sequence: one standard error of the difference of squares, as where the simplest
-        of several models is chosen [Breiman, Friedman, Olshen and Stone 1984, sec. 3.4.3]. Of one sequence nothing is known of chance.
+    @property
+    def per_sequence_px(self) -> Array:
+        """Those of each sequence (s,); infinite where its flight has left all that was measured behind."""
+        each = zip(self.squares, self.counts, strict=True)
+        return np.array([np.sqrt(squares.sum() / counts.sum()) if counts.any() else np.inf for squares, counts in each])
+
+    @property
+    def errors(self) -> int:
+        """How many there are."""
+        return int(sum(each.sum() for each in self.counts))
+
+    def worse_by_chance(self, other: "HeldOut") -> float:
+        """p-value of it predicting the same sequences as badly beside another where neither is worse, of all or of the worst of them.
+
+        What is chance the rows of each sequence say: half the mean square of the change of a difference from one row to the next, which
+        a misfit that lasts does not enter [von Neumann 1941], as good as two thirds of so many independent ones. Scatter between
+        sequences would excuse a model that is ruined in one of them.
         """
-        if self.rms_px <= other.rms_px:
-            return True
-        worse, n = self.per_sequence_px**2 - other.per_sequence_px**2, len(self.per_sequence_px)
-        return bool(n > 1 and np.isfinite(worse).all() and worse.mean() <= worse.std(ddof=1) / np.sqrt(n))
+        both = [(mine > 0.0) & (others > 0.0) for mine, others in zip(self.counts, other.counts, strict=True)]
+        pairs = zip(self.squares, other.squares, both, strict=True)
+        each = np.array([_difference(mine[rows], others[rows]) for mine, others, rows in pairs])
+        worse, variance, freedom = np.vstack([each, each.sum(axis=0)]).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            p = stdtr(np.maximum(freedom, 1.0), np.nan_to_num(-worse / np.sqrt(variance), posinf=np.inf, neginf=-np.inf))
+        return float(min(p[:-1].min() * len(each), p[-1]))
+
+
+def _difference(squares: Array, other: Array) -> tuple[float, float, float]:
+    """By how much squares (n,) are larger than others in all, infinite where one of them is, its variance by chance, its freedom."""
+    with np.errstate(invalid="ignore"):
+        worse = squares - other
+    if not np.isfinite(worse).all():
+        return float(np.isinf(squares).any() and np.inf) - float(np.isinf(other).any() and np.inf), 1.0, 1.0
+    changes = np.diff(worse)
+    return float(worse.sum()), float(0.5 * len(worse) * np.mean(changes**2)) if len(changes) else 0.0, INDEPENDENT * len(changes)
 
 
 def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
     """Judge a model on frames and sequences that it was not fitted to; ``state`` is where fits start."""
-    n = len(campaign.sequences)
-    squares, counts = np.zeros(n), np.zeros(n)
     parts = _parts(campaign)
-    for judged, found in zip(parts, each_of(partial(_judged, campaign, state, model), parts), strict=True):
-        squares[judged], counts[judged] = found.T
-    squares[counts == 0] = np.inf  # the flight has left all outlines behind
-    per_sequence = np.sqrt(squares / np.maximum(counts, 1))
-    return HeldOut(float(np.sqrt(squares.sum() / max(counts.sum(), 1))), per_sequence, int(counts.sum()))
+    found = [each for part in each_of(partial(_judged, campaign, state, model), parts) for each in part]
+    squares, counts = zip(*(found[i] for i in np.argsort(np.concatenate(parts))), strict=True)
+    return HeldOut(squares, counts)
 
 
-def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDArray[np.int64]) -> Array:
-    """Sum of squares and number of errors (j, 2) of the ``judged`` sequences, with what the others share."""
+def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDArray[np.int64]) -> list[tuple[Array, Array]]:
+    """Sums of squares and numbers of errors of the rows of each of the ``judged`` sequences, with what the others share."""
     n = len(campaign.sequences)
     learned_from = np.setdiff1d(np.arange(n), judged) if n > 1 else judged
     others = campaign.part(learned_from.tolist())
@@ -87,8 +115,8 @@ def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDAr
         fit = fit_campaign(others, _state_of(state, learned_from), model, Effort(LOCAL_STEPS, LOCAL_STEPS))
         learned = _Learned(learned_from, fit, fit.system(others).solved().shared if n > 1 else None)
     except ASTRAY:
-        return np.tile([np.inf, 1.0], (len(judged), 1))
-    return np.array([_judge(campaign, int(i), state, learned) for i in judged])
+        return [_not_predicted(campaign, int(i)) for i in judged]
+    return [_judge(campaign, int(i), state, learned) for i in judged]
 
 
 def _parts(campaign: Campaign) -> list[NDArray[np.int64]]:
@@ -138,8 +166,8 @@ def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
     return CampaignState(tuple(state.flights[i] for i in rows), tuple(state.theta[i] for i in rows))
 
 
-def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learned) -> tuple[float, float]:
-    """Sum of squares and number of the errors of one sequence, each frame's predicted from the frames of the other quarters.
+def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learned) -> tuple[Array, Array]:
+    """Sums of squares and numbers (n,) of the errors of one sequence's rows, each predicted from the frames of the other quarters.
 
     Where a flight runs away from there, or has no normal matrix, nothing is predicted, and the sum is infinite.
     """
@@ -158,11 +186,22 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     prior[len(layout.local) :, len(layout.local) :] = learned.information(open_, teller)
     try:
         equations, normal = _settled(alone, state, columns, prior, model)
-        e = np.concatenate([_left_out(equations, columns, normal, start) for start in range(QUARTERS)])
+        e = np.sum([_left_out(equations, columns, normal, start) for start in range(QUARTERS)], axis=0)
     except ASTRAY:
-        return np.inf, 1.0
-    seen = equations.errors.seen
-    return float(np.sum(e**2)), float((seen & (seen.sum(axis=0) >= QUARTERS)).sum())
+        return _not_predicted(campaign, number)
+    seen = equations.errors.seen & (equations.errors.seen.sum(axis=0) >= QUARTERS)
+    return _by_row(e**2), _by_row(seen)
+
+
+def _not_predicted(campaign: Campaign, number: int) -> tuple[Array, Array]:
+    """The same of a flight that runs away."""
+    n = campaign.kind.sightings(campaign.sequences[number])
+    return np.full(n, np.inf), np.ones(n)
+
+
+def _by_row(values: Array) -> Array:
+    """Sums (n,) over everything that is measured in one row."""
+    return np.asarray(values.reshape(len(values), -1).sum(axis=1), dtype=np.float64)
 
 
 def _settled(
@@ -190,7 +229,7 @@ def _with_prior(equations: SequenceEquations, columns: NDArray[np.int64], prior:
 
 
 def _left_out(equations: SequenceEquations, columns: NDArray[np.int64], normal: tuple[Array, Array], start: int) -> Array:
-    """Errors of every fourth frame from ``start`` on, under the state that the other frames give.
+    """Errors (n, ...) of every fourth frame from ``start`` on, under the state that the other frames give; zero in those.
 
     What is measured in fewer frames than there are quarters is never left out, as a spin that was read once: no other frame tells it.
     """
@@ -199,7 +238,9 @@ def _left_out(equations: SequenceEquations, columns: NDArray[np.int64], normal: 
     out[start::QUARTERS] = errors.seen.sum(axis=0) >= QUARTERS
     e, J, W = errors.e[out], errors.J[out][:, columns], frames.weighted[out][:, columns]
     step = -stable_inverse(normal[0] - J.T @ W) @ (normal[1] - W.T @ e)
-    return np.asarray(e + J @ step)
+    left = np.zeros(errors.e.shape)
+    left[out] = e + J @ step
+    return left
 
 
 def _with_shared(own: CampaignState, learned: CampaignState, teller: NDArray[np.int64]) -> CampaignState:

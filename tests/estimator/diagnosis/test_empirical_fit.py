@@ -158,7 +158,7 @@ def test_a_law_that_predicts_worse_than_the_model_without_it_is_not_proposed(mon
     campaign, _, fit = wall()
     left, _ = found("wall_attraction")
     judged = iter((1.0, 0.2, 1.0))  # without anything, with free forces, with the law
-    monkeypatch.setattr(empirical_fit, "held_out", lambda *_of: HeldOut(next(judged), np.ones(2), 1))
+    monkeypatch.setattr(empirical_fit, "held_out", lambda *_of: HeldOut((np.array([next(judged) ** 2]),), (np.ones(1),)))
     again = fit_empirical(campaign, fit, left)
     assert again.law is None
     assert again.removed.after.rms_px == 0.2

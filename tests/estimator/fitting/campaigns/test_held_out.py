@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from estimator.diagnosis.adding import with_effect
+from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaigns import held_out as module
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
-from estimator.fitting.campaigns.held_out import held_out
+from estimator.fitting.campaigns.held_out import HeldOut, held_out
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.campaigns.wald import wald_p
 from estimator.measurements.trajectories.registering import register_trajectories
@@ -92,3 +93,61 @@ def test_a_model_under_which_nothing_can_be_predicted_has_an_infinite_error(monk
             judged = held_out(registered.campaign, base.state, base.model)
         assert np.all(np.isinf(judged.per_sequence_px))
         assert np.isinf(judged.rms_px)
+
+
+ROWS, CHANNELS = 40, 6
+
+
+def _noise(*scales: float, seed: int = 1) -> list[np.ndarray]:
+    """Errors (ROWS, CHANNELS) of sequences, so many times as large as noise."""
+    rng = np.random.default_rng(seed)
+    return [scale * rng.normal(size=(ROWS, CHANNELS)) for scale in scales]
+
+
+def _judged(errors: list[np.ndarray]) -> HeldOut:
+    return HeldOut(tuple(np.sum(e**2, axis=1) for e in errors), tuple(np.full(len(e), float(CHANNELS)) for e in errors))
+
+
+def _off(errors: list[np.ndarray], *off: float) -> HeldOut:
+    """The errors of predictions that are off by so much more in every sequence, slowly changing."""
+    slow = np.sin(np.linspace(0.0, 3.0, ROWS))[:, None] * np.ones(CHANNELS)
+    return _judged([e + by * slow for e, by in zip(errors, off, strict=True)])
+
+
+def test_a_model_that_is_ruined_in_one_sequence_is_not_as_good() -> None:
+    """Though it is better in all others, and better or worse by chance alone as far as scatter between sequences says."""
+    noise = _noise(1.0, 1.0, 1.0, 1.0)
+    other = _off(noise, 0.2, 0.2, 0.2, 0.2)
+    assert _off(noise, 0.0, 0.0, 0.0, 0.0).worse_by_chance(other) >= ALPHA
+    assert _off(noise, 0.0, 0.0, 0.0, 2.0).worse_by_chance(other) < ALPHA
+    assert _off([*noise, *noise, *noise], *[0.1] * 11, 0.8).worse_by_chance(_off([*noise, *noise, *noise], *[0.2] * 12)) < ALPHA
+
+
+def test_a_model_that_is_a_little_worse_everywhere_is_not_as_good() -> None:
+    noise = _noise(*[1.0] * 8)
+    assert _off(noise, *[0.3] * 8).worse_by_chance(_off(noise, *[0.0] * 8)) < ALPHA
+
+
+def test_a_model_that_is_worse_by_chance_alone_is_as_good() -> None:
+    """Both predict what happens but for errors of their own, a tenth of the noise; one of ten sequences is the worst by chance."""
+    kept = 0
+    for seed in range(100):
+        noise, mine, others = (_noise(*[scale] * 10, seed=10 * seed + i) for i, scale in enumerate((1.0, 0.1, 0.1)))
+        one, other = (_judged([e + own for e, own in zip(noise, each, strict=True)]) for each in (mine, others))
+        kept += one.worse_by_chance(other) >= ALPHA
+    assert kept >= 97
+
+
+def test_of_one_sequence_its_rows_say_what_is_chance() -> None:
+    noise = _noise(1.0)
+    other = _judged(noise)
+    assert _off(noise, 1.0).worse_by_chance(other) < ALPHA
+    assert other.worse_by_chance(other) >= ALPHA
+
+
+def test_a_flight_that_runs_away_in_one_model_alone_is_worse_there() -> None:
+    both = _judged(_noise(1.0, 1.0))
+    gone = replace(both, squares=(np.full(ROWS, np.inf), both.squares[1]))
+    assert gone.worse_by_chance(both) < ALPHA
+    assert both.worse_by_chance(gone) >= ALPHA
+    assert gone.worse_by_chance(gone) >= ALPHA
