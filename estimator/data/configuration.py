@@ -27,10 +27,10 @@ class Configuration:
     as a start. ``minimum_frames``: fewer usable frames give no measurement. ``keep_out_of_plate``: 1 requires that the
     particle does not reach into the plate it falls on; ``estimate_plate``: 1 measures the plate's plane with the flight, from what is
     stated of it or from the impacts alone. ``surface_fit``: 1 fits flights, free or with impacts, once more, to all outline samples with
-    the surface as an unknown (decision 53), where views are many and no focal length is measured; 2 does so with few views, too, where its
-    intervals are too narrow; 0 leaves it at tangents.
-    ``campaign_surface_fit``: the same of campaigns (decision 64). ``seed`` feeds the drawn starts and the drawn noise of the views'
-    likeness.
+    the surface as an unknown (decision 53), where no focal length is measured, and beside contacts where views are many; 2 does so with few
+    views, too; 0 leaves it at tangents.
+    ``campaign_surface_fit``: the same of campaigns (decision 64), where views are many. ``seed`` feeds the drawn starts and the drawn
+    noise of the views' likeness.
     """
 
     hull_resolution: int = 64
@@ -64,7 +64,7 @@ class Configuration:
 SWITCHES = {"keep_out_of_plate": 1, "estimate_plate": 1, "surface_fit": 2, "campaign_surface_fit": 2}
 """Settings that are one of a few numbers from 0 on, and the last of them."""
 ALWAYS = 2
-"""The ``surface_fit`` and ``campaign_surface_fit`` of who wants it with few views, too."""
+"""The ``surface_fit`` and ``campaign_surface_fit`` of who wants it of campaigns and beside contacts with few views, too."""
 
 
 def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:

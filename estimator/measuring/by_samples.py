@@ -24,15 +24,20 @@ from estimator.surface.told import finer_views, surface_sentence, surface_statis
 OF_TANGENTS = "the estimate is that of tangents."
 
 
-def left_out(particle: Particle, configuration: Configuration) -> str | None:
+def left_out(configuration: Configuration) -> str | None:
     """Why a flight is not fitted to all outline samples, in words; ``None`` where it is. Nothing to say where that is not asked for."""
     if not configuration.surface_fit:
         return ""
     if configuration.focal_prior > 0.0:
         return f"the focal length is measured; {OF_TANGENTS}"
-    if configuration.surface_fit < ALWAYS and few_views(particle):
-        return f"with {len(particle.calibrated)} views intervals of a fit to all outline samples are too narrow; {OF_TANGENTS}"
     return None
+
+
+def left_out_beside_contacts(particle: Particle, configuration: Configuration) -> str | None:
+    """The same of flights with impacts and of pairs, which have not been measured where few views show the particle."""
+    if 0 < configuration.surface_fit < ALWAYS and few_views(particle):
+        return f"fits to all outline samples were not measured beside contacts with {len(particle.calibrated)} views; {OF_TANGENTS}"
+    return left_out(configuration)
 
 
 def on_all_samples(

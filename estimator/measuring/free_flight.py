@@ -85,7 +85,7 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     flight = with_clocks(task, ranked.flights[0].state, unknown_clocks(observation))
     refined: Refined[Motion]
     joint, why_not = None, ""
-    known, said = configuration.focal_prior == 0.0, left_out(particle, configuration)
+    known, said = configuration.focal_prior == 0.0, left_out(configuration)
     if said is None:
         refined = refined_flight(task, flight, configuration)
         joint, why_not = on_all_samples(refined, task, particle, configuration)

@@ -24,7 +24,7 @@ from estimator.impacts.chains import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chain
 from estimator.impacts.impact_judging import Chain, judge_chain, jumps
 from estimator.impacts.impact_search import LEAST_JUMP_PX
 from estimator.impacts.loose_contact import with_lasting_contacts
-from estimator.measuring.by_samples import left_out, on_all_samples, with_surface
+from estimator.measuring.by_samples import left_out_beside_contacts, on_all_samples, with_surface
 from estimator.measuring.pair_by_samples import bound_together
 from estimator.motion.piecewise import PiecewiseFlight
 from estimator.motion.rigid_body import RanAway
@@ -229,7 +229,7 @@ def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Ch
     hulls, settings = hulls_of((seen.both[0].particle, seen.both[1].particle)), refinement_settings(configuration)
     facts: list[Fact[PairFlight]] = [lambda there: touching(there, hulls)]
     why_not = ""
-    if all(left_out(one.particle, configuration) is None for one in seen.both):
+    if all(left_out_beside_contacts(one.particle, configuration) is None for one in seen.both):
         lasting = PairFlight(with_lasting_contacts(pair.first), with_lasting_contacts(pair.second))
         led = solve(parts_of(ready, lasting), lasting, settings)
         of_each = zip(led.parts, tasks, seen.both, strict=True)

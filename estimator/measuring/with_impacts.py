@@ -37,7 +37,7 @@ from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.plate_edge import edge_sentence
 from estimator.impacts.plate_gap import plate_gaps
 from estimator.impacts.plate_holding import plate_task
-from estimator.measuring.by_samples import left_out, on_all_samples, share_of, with_joint, with_surface
+from estimator.measuring.by_samples import left_out_beside_contacts, on_all_samples, share_of, with_joint, with_surface
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 from estimator.reports.impact_reporting import impacts_estimate
@@ -69,7 +69,7 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     chains = _without_the_same(seen, task, (chains, refined), configuration)
     chains, told = _with_contacts(seen, task, (chains, refined), configuration)
     plate = None if told.widened else _plate_of(seen, told.refined, configuration)
-    said = left_out(seen.particle, configuration)
+    said = left_out_beside_contacts(seen.particle, configuration)
     if plate is not None:
         told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, plate))
     joint, why_not = None, ""

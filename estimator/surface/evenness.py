@@ -11,7 +11,7 @@ wall that overhangs would not move. Where the surface bends, a corner is free in
 the mesh comes to run along edges by itself, which a mesh that does not follow them chamfers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -36,8 +36,8 @@ class Believed:
     """Weighted rows of a prior on the surface's unknowns, linear in them.
 
     ``basis`` (3 n, m): moves of the corners by the unknowns (m). ``bends`` (n, m) and ``bend`` (n,): their weighted rows and values, of
-    standard deviation one; ``spread`` (k, m) and ``apart`` (k,): those of free corners along the surface. ``corner`` (m,) of the ``sphere``
-    that each unknown moves.
+    standard deviation one; ``spread`` (k, m) and ``apart`` (k,): those of free corners along the surface, and of bends that are slowed.
+    ``corner`` (m,) of the ``sphere`` that each unknown moves.
     """
 
     basis: csr_array
@@ -74,6 +74,15 @@ def believed(surface: Surface, scale: float = LEAST_BEND, *, bent: float = BENT)
     spread = csr_array(vstack([_along(t, free, len(normals)) @ moved for t in tangents]) / (SPREAD * edge_m))
     apart = np.concatenate([np.sum(off[free] * t, axis=1) for t in tangents]) / (SPREAD * edge_m)
     return Believed(basis, bends, bend * weight, spread, apart, corner, surface.sphere)
+
+
+def slowed(prior: Believed, surface: Surface, within: float) -> Believed:
+    """The prior about a surface for one step that changes its bends by about ``within``, in lengths of an edge [Levenberg 1944].
+
+    Samples are linear over no more than that. A spike that one step has thrown up meets no sample, so that nothing would take it back.
+    """
+    moved = csr_array(kron(surface.sphere.laplacian, eye_array(3)) @ prior.basis) / (within * surface.edge_m)
+    return replace(prior, spread=csr_array(vstack([prior.spread, moved])), apart=np.append(prior.apart, np.zeros(moved.shape[0])))
 
 
 def _basis(normals: Array, held: NDArray[np.int64], free: NDArray[np.int64]) -> csr_array:

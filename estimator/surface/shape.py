@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.surface.evenness import BENT, LEAST_BEND, Believed, believed
+from estimator.surface.evenness import BENT, LEAST_BEND, Believed, believed, slowed
 from estimator.surface.star_surface import Surface
 
 ALIGNED = 8
@@ -24,8 +24,9 @@ class Shape:
 
 
 def believed_in(surface: Surface, number: int) -> Believed:
-    """What is believed of a surface in a round; corners of the hull that it begins as are no edges."""
-    return believed(surface, scale_in(number), bent=BENT if number else np.inf)
+    """What is believed of a surface in a round; corners of the hull that it begins as are no edges. Until it is sharp it bends slowly."""
+    prior = believed(surface, scale_in(number), bent=BENT if number else np.inf)
+    return slowed(prior, surface, FIRST_BEND) if number < SHARP else prior
 
 
 def scale_in(number: int) -> float:

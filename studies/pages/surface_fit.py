@@ -57,7 +57,7 @@ def page(result: Result) -> list[str]:
         *paragraph(lost_in_words(rows), *_worth(rows)),
         "",
         *paragraph(
-            "What to type next: nothing; with more than 16 views samples are fitted. Who knows how far outlines lie outside of the true",
+            "What to type next: nothing; samples are fitted. Who knows how far outlines lie outside of the true",
             "ones says so, `tumble estimate --set offset_prior_px=0.001`.",
         ),
     ]

@@ -1,5 +1,6 @@
 """Which flights are not fitted to all outline samples, and that the estimate says why."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -8,7 +9,7 @@ from datasets.errors import InputError
 from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from estimator.data.configuration import Configuration, configuration_from_dict
-from estimator.measuring.by_samples import left_out
+from estimator.measuring.by_samples import left_out, left_out_beside_contacts
 from estimator.measuring.free_flight import estimate
 from estimator.particle.observed import observed_particle
 from estimator.particle.particle import Particle
@@ -34,29 +35,31 @@ def particle(seen: Observation) -> Particle:
     return observed_particle(seen, Configuration())
 
 
-def test_many_views_are_used(particle: Particle) -> None:
-    assert left_out(particle, Configuration()) is None
+def test_flights_are_fitted_to_samples() -> None:
+    assert left_out(Configuration()) is None
 
 
-def test_few_views_are_not(particle: Particle) -> None:
+def test_few_views_are_used_where_nothing_touches(seen: Observation) -> None:
+    few = replace(seen, views=seen.views[:12], view_recording=seen.view_recording[:12])
+    assert "surface" in estimate(few, Configuration()).statistics
+
+
+def test_few_views_are_not_used_beside_contacts(particle: Particle) -> None:
     few = replace(particle, calibrated=particle.calibrated[:FEW_VIEWS])
-    assert left_out(few, Configuration()) == (
-        "with 16 views intervals of a fit to all outline samples are too narrow; the estimate is that of tangents."
+    assert left_out_beside_contacts(particle, Configuration()) is None
+    assert left_out_beside_contacts(few, Configuration()) == (
+        "fits to all outline samples were not measured beside contacts with 16 views; the estimate is that of tangents."
     )
-    assert left_out(few, ALWAYS) is None
+    assert left_out_beside_contacts(few, ALWAYS) is None
 
 
-def test_views_that_disagree_are_used(particle: Particle) -> None:
-    apart = replace(particle, disagreement=replace(particle.disagreement, calibration_px=0.2))
-    assert left_out(apart, Configuration()) is None
+def test_a_flight_whose_focal_length_is_measured_is_not() -> None:
+    assert "the focal length is measured" in str(left_out(Configuration(focal_prior=0.1)))
 
 
-def test_nor_is_a_flight_whose_focal_length_is_measured(particle: Particle) -> None:
-    assert "the focal length is measured" in str(left_out(particle, Configuration(focal_prior=0.1)))
-
-
-def test_who_does_not_ask_for_it_is_told_nothing(particle: Particle) -> None:
-    assert not left_out(particle, Configuration(surface_fit=0))
+@pytest.mark.parametrize("why_not", [left_out, lambda asked: left_out_beside_contacts(None, asked)])
+def test_who_does_not_ask_for_it_is_told_nothing(why_not: Callable[[Configuration], str | None]) -> None:
+    assert not why_not(Configuration(surface_fit=0))
 
 
 def test_the_estimate_says_why(seen: Observation) -> None:

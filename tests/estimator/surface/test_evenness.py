@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import csc_array, diags_array, vstack
 from scipy.sparse.linalg import spsolve
 
-from estimator.surface.evenness import BENT, Believed, believed
+from estimator.surface.evenness import BENT, Believed, believed, slowed
 from estimator.surface.shape import scale_in
 from estimator.surface.star_surface import Surface, sphere
 
@@ -92,3 +92,22 @@ def test_a_wall_seen_edge_on_from_the_centre_moves_along_its_normal() -> None:
     moves = believed(surface, ROUGHNESS, bent=np.inf).basis.toarray().reshape(-1, 3, len(surface.vertices))
     assert len(wall) > 0
     np.testing.assert_allclose(moves[wall, 0, wall], 1.0, atol=1e-9)
+
+
+def test_a_slowed_step_throws_up_no_spike_and_is_at_rest_where_nothing_pulls() -> None:
+    surface = cube()
+    prior, corner = believed(surface, 10.0, bent=np.inf), int(of_face(cube())[0])
+    free, slow = (_drawn(each, surface, corner) for each in (prior, slowed(prior, surface, 0.1)))
+    assert free > 1.0
+    assert abs(slow) < 0.2 * free
+    np.testing.assert_allclose(slowed(prior, surface, 0.1).values[len(prior.values) :], 0.0)
+
+
+def _drawn(prior: Believed, surface: Surface, corner: int) -> float:
+    """How far, in lengths of an edge, one sample draws a ``corner`` beyond its neighbours that wants it two of these further outwards."""
+    sample = csc_array(([1.0], ([0], [corner])), shape=(1, prior.basis.shape[1])) / surface.edge_m
+    rest = diags_array(np.full(prior.basis.shape[1], 0.1 / surface.edge_m))
+    rows = csc_array(vstack([prior.rows, rest, sample]))
+    right = np.append(np.zeros(rows.shape[0] - 1), 2.0)
+    moves = spsolve(csc_array(rows.T @ rows), rows.T @ right)
+    return float((surface.sphere.laplacian @ moves)[corner] / surface.edge_m)
