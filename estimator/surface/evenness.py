@@ -81,7 +81,7 @@ def slowed(prior: Believed, surface: Surface, within: float) -> Believed:
 
     Samples are linear over no more than that. A spike that one step has thrown up meets no sample, so that nothing would take it back.
     """
-    moved = csr_array(kron(surface.sphere.laplacian, eye_array(3)) @ prior.basis) / (within * surface.edge_m)
+    moved = csr_array(surface.sphere.by_axis @ prior.basis) / (within * surface.edge_m)
     return replace(prior, spread=csr_array(vstack([prior.spread, moved])), apart=np.append(prior.apart, np.zeros(moved.shape[0])))
 
 

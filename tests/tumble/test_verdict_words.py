@@ -75,6 +75,6 @@ def test_what_is_beyond_noise_is_not_called_nothing() -> None:
     found = Verdict("found", "The campaign is explained with drag. Then nothing more is missing.", (), ("linear_drag",))
     assert _beyond_noise(found, quiet, campaign, at) is found
     assert _beyond_noise(found, floor, campaign, at).sentence == (
-        "Part of what the campaign shows is explained with drag. Residuals are still 5.0 times the noise, and no known effect is behind it: "
-        "a name may stand in for something that the catalogue lacks."
+        "Part of what the campaign shows is explained with drag. Residuals are still 5.0 times the noise, and no known effect is behind "
+        "it: a name may stand in for something that the catalogue lacks."
     )
