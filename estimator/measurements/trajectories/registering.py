@@ -70,7 +70,7 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
 
 def _refuse_a_ball_whose_spin_is_not_read(task: TrajectoryTask) -> None:
     """Refuse a gyroscope without one of its axes on a ball, whose other readings do not depend on that spin: it may be anything."""
-    unread = ~task.seen("gyro").any(axis=0)
+    unread = ~np.asarray(task.seen("gyro").any(axis=0))
     if task.gyro is None or not unread.any() or task.measured & {"theta", "omega"} or np.ptp(task.setting.inertia_ratios) > 0.0:
         return
     axes = ", ".join(f"gyro_{axis}" for axis, missing in zip("xyz", unread, strict=True) if missing)
