@@ -20,7 +20,7 @@ SMALL = Recipe(
 def test_a_flight_from_recipe_to_row() -> None:
     (row,) = scored_flight(flight(SMALL))
     assert set(row) == {*DESCRIBED, *SCORED, "orientation_max_deg", "by_samples", "rms_ete_px"}
-    assert (row["status"], row["n_frames"], row["n_views"], row["by_samples"]) == ("converged", 17, 12, False)
+    assert (row["status"], row["n_frames"], row["n_views"], row["by_samples"]) == ("converged", 17, 12, True)
     assert 0 < row["in_plane_percent"] < 20
     assert 0 < row["true_bound_vx"] < row["in_plane_ms"] * 100
     assert 0.05 < row["rms_ete_px"] < 0.5
