@@ -81,17 +81,3 @@ def nearest(curve, points, size):  # type: ignore[no-untyped-def]
             ring += 1
         found[k] = at
     return found
-
-
-@numba.njit(cache=True)
-def distances_in(values, px):  # type: ignore[no-untyped-def]
-    """How far (n,) px places ``px`` (n, 2) lie inside a closed curve by an image of that, linear between pixels, less beyond it."""
-    read, (height, width) = np.empty(len(px)), values.shape
-    for i in range(len(px)):
-        x, y = min(max(px[i, 0], 0.0), width - 1.0), min(max(px[i, 1], 0.0), height - 1.0)
-        left, top = min(int(x), width - 2), min(int(y), height - 2)
-        u, v = x - left, y - top
-        upper = values[top, left] * (1.0 - u) + values[top, left + 1] * u
-        lower = values[top + 1, left] * (1.0 - u) + values[top + 1, left + 1] * u
-        read[i] = upper * (1.0 - v) + lower * v - abs(px[i, 0] - x) - abs(px[i, 1] - y)
-    return read

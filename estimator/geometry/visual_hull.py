@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
 from skimage.measure import marching_cubes
 
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.surface_mesh import SurfaceMesh
-from estimator.geometry.closed_curves import distances_in
 
 Array = NDArray[np.float64]
 MARGIN_PX = 8
@@ -89,8 +89,10 @@ def inside_by(outline: Outline, view: CalibratedView) -> Callable[[Array], Array
 
     def distance(points: Array) -> Array:
         cam = points @ view.R_cam_particle.T + view.t_cam_particle
-        inside_px = distances_in(image.values, view.intrinsics.project(cam) - image.corner_px)
-        return np.asarray(inside_px * cam[:, 2] / view.intrinsics.fx_px)
+        px = view.intrinsics.project(cam) - image.corner_px
+        values = map_coordinates(image.values, [px[:, 1], px[:, 0]], order=1, mode="nearest", prefilter=False)
+        outside = np.maximum(np.maximum(-px, px - (np.array(image.values.shape[::-1]) - 1)), 0.0).sum(axis=1)
+        return np.asarray((values - outside) * cam[:, 2] / view.intrinsics.fx_px, dtype=np.float64)
 
     return distance
 

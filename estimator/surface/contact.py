@@ -132,7 +132,7 @@ def _across(point, normal, focal_px, starts):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True)
 def _rims(vertices, mesh, eyes):  # type: ignore[no-untyped-def]
-    """Edges between a face that looks at each of the ``eyes`` (k, 3) m and one that looks away, and where those of each begin (k + 1,).
+    """Edges between a face turned towards each viewpoint of ``eyes`` (k, 3) m and one turned away, and where those of each begin (k + 1,).
 
     ``mesh``: its faces, edges, and the faces beside those.
     """

@@ -16,53 +16,53 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.spatial.transform import Rotation
 
-from scripts.real.real_tosses import GRAVITY_MS2, RATE_HZ, free_flights
+from scripts.real.real_tosses import RATE_HZ, free_flights, write_flights
 
 Array = NDArray[np.float64]
-Rows = tuple[Array, Array, Array]
-"""Times (n,) s, positions (n, 3) m and quaternions (n, 4), scalar last."""
+Flight = tuple[Array, Array]
+"""Positions (n, 3) m and quaternions (n, 4), scalar last, of rows at ``RATE_HZ``."""
 
 
-def forced(force: Callable[[Array], Array]) -> Callable[[Rows], Rows]:
+def forced(force: Callable[[Array], Array]) -> Callable[[Flight], Flight]:
     """With an acceleration (n, 3) m/s² put in that is a ``force`` of the velocity (n, 3) m/s."""
 
-    def put_in(rows: Rows) -> Rows:
-        t, x, q = rows
+    def put_in(flight: Flight) -> Flight:
+        x, q = flight
+        t = np.arange(len(x)) / RATE_HZ
         fits = [np.polynomial.Polynomial.fit(t, each, 2).deriv() for each in x.T]
         pushed = force(np.column_stack([each(t) for each in fits]))
         for _ in range(2):
             pushed = cumulative_trapezoid(pushed, t, axis=0, initial=0.0)
-        return t, x + pushed, q
+        return x + pushed, q
 
     return put_in
 
 
-def slow_clock(rows: Rows) -> Rows:
-    """Times 2 % longer."""
-    return 1.02 * rows[0], *rows[1:]
-
-
-def short_lengths(rows: Rows) -> Rows:
+def short_lengths(flight: Flight) -> Flight:
     """Lengths 5 % shorter."""
-    return rows[0], 0.95 * rows[1], rows[2]
+    return 0.95 * flight[0], flight[1]
 
 
-def shifted_point(rows: Rows) -> Rows:
+def shifted_point(flight: Flight) -> Flight:
     """Another point of the cube, 8 mm along its first axis."""
-    t, x, q = rows
-    return t, x + Rotation.from_quat(q).apply([0.008, 0.0, 0.0]), q
+    x, q = flight
+    return x + Rotation.from_quat(q).apply([0.008, 0.0, 0.0]), q
 
 
-def tilted_world(rows: Rows) -> Rows:
+def tilted_world(flight: Flight) -> Flight:
     """The tracker's world turned by 2 degrees about y: gravity is not where it is stated."""
-    t, x, q = rows
     turn = Rotation.from_euler("y", 2.0, degrees=True)
-    return t, turn.apply(x), (turn * Rotation.from_quat(q)).as_quat()
+    return turn.apply(flight[0]), (turn * Rotation.from_quat(flight[1])).as_quat()
 
 
-PUT_IN: dict[str, Callable[[Rows], Rows]] = {
-    "nothing": lambda rows: rows,
-    "frame_rate": slow_clock,
+def as_it_is(flight: Flight) -> Flight:
+    """Nothing put in."""
+    return flight
+
+
+PUT_IN: dict[str, Callable[[Flight], Flight]] = {
+    "nothing": as_it_is,
+    "frame_rate": as_it_is,
     "length_scale": short_lengths,
     "centre_of_mass": shifted_point,
     "gravity_tilted": tilted_world,
@@ -72,14 +72,8 @@ PUT_IN: dict[str, Callable[[Rows], Rows]] = {
     "acceleration": forced(lambda v: np.tile([0.4, 0.0, 0.0], (len(v), 1))),
 }
 """0.3 1/s; 0.25 1/m; 0.2 1/s in a wind of 2 m/s along x; 0.4 m/s² along x."""
-
-
-def write(flights: list[Rows], folder: Path) -> None:
-    """One TUM file for each flight, and what holds for all of them beside them."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for number, rows in enumerate(flights):
-        np.savetxt(folder / f"toss_{number:02d}.tum", np.column_stack(rows), header="timestamp tx ty tz qx qy qz qw")
-    (folder / "trajectory.toml").write_text(f"gravity_world = [0.0, 0.0, -{GRAVITY_MS2}]\ninertia_ratios = [1.0, 1.0, 1.0]\n")
+TOLD_RATE_HZ = {"frame_rate": RATE_HZ / 1.02}
+"""Times 2 % longer."""
 
 
 def main() -> int:
@@ -88,9 +82,9 @@ def main() -> int:
     parser.add_argument("--data", type=Path, required=True, help="the folder that holds tosses/")
     parser.add_argument("--out", type=Path, required=True, help="where the campaigns are written")
     given = parser.parse_args()
-    flights = [(np.arange(len(x)) / RATE_HZ, x, q) for x, q in free_flights(given.data / "tosses" / "cube_tosses.npz")]
+    flights = free_flights(given.data / "tosses" / "cube_tosses.npz")
     for name, put_in in PUT_IN.items():
-        write([put_in(rows) for rows in flights], given.out / name)
+        write_flights([put_in(each) for each in flights], given.out / name, TOLD_RATE_HZ.get(name, RATE_HZ))
         print(f"{given.out / name}: {len(flights)} trajectories")
     return 0
 

@@ -61,11 +61,11 @@ def free_flights(path: Path) -> list[tuple[Array, Array]]:
     return flights
 
 
-def write_flights(flights: Sequence[tuple[Array, Array]], folder: Path) -> None:
-    """One TUM file for each flight, and what holds for all of them beside them."""
+def write_flights(flights: Sequence[tuple[Array, Array]], folder: Path, rate_hz: float = RATE_HZ) -> None:
+    """One TUM file for each flight, its rows at ``rate_hz``, and what holds for all of them beside them."""
     folder.mkdir(parents=True, exist_ok=True)
     for number, (x, q) in enumerate(flights):
-        rows = np.column_stack([np.arange(len(x)) / RATE_HZ, x, q])
+        rows = np.column_stack([np.arange(len(x)) / rate_hz, x, q])
         lines = [" ".join(repr(float(value)) for value in row) for row in rows]
         (folder / f"toss_{number:02d}.tum").write_text("# timestamp tx ty tz qx qy qz qw\n" + "\n".join(lines) + "\n")
     (folder / "trajectory.toml").write_text(f"gravity_world = [0.0, 0.0, -{GRAVITY_MS2}]\ninertia_ratios = [1.0, 1.0, 1.0]\n")

@@ -44,8 +44,6 @@ MOST = 2.0
 """Standard deviations of its prior that something held by a prior begins within (notebook 19)."""
 LOCAL_STEPS, SETTLED = 6, 0.05
 """Steps of a refit without what is held out, and the step in standard deviations that ends it: it begins near its end. By judgement."""
-INDEPENDENT = 2.0 / 3.0
-"""Of squared changes from row to row of what is independent in each: their mean varies as that of so many independent ones."""
 ASTRAY = (RanAway, np.linalg.LinAlgError)
 
 
@@ -89,13 +87,15 @@ class HeldOut:
 
 
 def _difference(squares: Array, other: Array) -> tuple[float, float, float]:
-    """By how much squares (n,) are larger than others in all, infinite where one of them is, its variance by chance, its freedom."""
-    with np.errstate(invalid="ignore"):
-        worse = squares - other
-    if not np.isfinite(worse).all():
-        return float(np.isinf(squares).any() and np.inf) - float(np.isinf(other).any() and np.inf), 1.0, 1.0
+    """By how much squares (n,) are larger than others in all, its variance by chance, its freedom.
+
+    Infinitely much, either way, where one of them is not predicted at all; no number where neither is.
+    """
+    if not np.isfinite([squares, other]).all():
+        return float(np.inf * (float(np.isinf(squares).any()) - float(np.isinf(other).any()))), 1.0, 1.0
+    worse = squares - other
     changes = np.diff(worse)
-    return float(worse.sum()), float(0.5 * len(worse) * np.mean(changes**2)) if len(changes) else 0.0, INDEPENDENT * len(changes)
+    return float(worse.sum()), float(0.5 * len(worse) * np.mean(changes**2)) if len(changes) else 0.0, 2.0 * len(changes) / 3.0
 
 
 def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
