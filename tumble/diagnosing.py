@@ -344,7 +344,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, registered.campaign, (1.0, 0.0)),
-        "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign), last) for rung in rungs],
+        "ladder": [rung_entry(r, campaign.names, None if errors is None else errors(r.fit, campaign), registered.campaign) for r in rungs],
         "verdict": _told(campaign, verdict, question.command("diagnose", ())),
     }
 

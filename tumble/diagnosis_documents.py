@@ -13,7 +13,7 @@ from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.separation import Expected, Separation
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.fitting.campaigns.held_out import HeldOut
 from estimator.reports.campaign_reporting import EffectValue
@@ -31,18 +31,20 @@ def keys_of(fit: CampaignFit) -> list[str]:
     return [e.entry.key for e in fit.model.effects if not e.instrument]
 
 
-def rms_px(fit: CampaignFit, like: CampaignFit | None = None) -> float:
-    """RMS of the errors of all sequences: px, or the noise of each sequence, as it is in the fit ``like`` where one is given."""
-    of = (like or fit).equations
-    scale = [_noise(own) / _noise(other) for own, other in zip(fit.equations, of, strict=True)]
-    squares = sum(float(np.sum((f * each.errors.e) ** 2)) for f, each in zip(scale, fit.equations, strict=True))
-    count = sum(int(each.errors.seen.sum()) for each in fit.equations)
-    return float(np.sqrt(squares / max(count, 1)))
+def rms_px(fit: CampaignFit) -> float:
+    """RMS of the errors of all sequences: px, or the noise of each sequence."""
+    return _rms([each.errors for each in fit.equations])
 
 
-def _noise(equations: SequenceEquations) -> float:
-    """A sequence's noise over what was stated or estimated; pictures have theirs from the outlines."""
-    return float(getattr(equations.errors, "noise", 1.0))
+def _rms_in(campaign: Campaign, fit: CampaignFit) -> float:
+    """The same of a fit in a campaign whose noise and surfaces may be those of another."""
+    each = zip(fit.state.flights, fit.state.theta, strict=True)
+    return _rms([campaign.kind.residuals(campaign, i, flight, fit.model, theta) for i, (flight, theta) in enumerate(each)])
+
+
+def _rms(errors: Sequence[Any]) -> float:
+    count = sum(int(each.seen.sum()) for each in errors)
+    return float(np.sqrt(sum(float(np.sum(each.e**2)) for each in errors) / max(count, 1)))
 
 
 def value_entries(values: Sequence[EffectValue]) -> list[Entry]:
@@ -200,13 +202,13 @@ def held_out_entry(held: HeldOut, names: Sequence[str]) -> Entry:
     return {"rms_px": held.rms_px, "errors": held.errors, "per_sequence_px": per_sequence}
 
 
-def rung_entry(rung: Rung, names: Sequence[str], velocity: Entry | None, last: CampaignFit) -> Entry:
-    """One rung of a ladder, in the noise of the ``last``."""
+def rung_entry(rung: Rung, names: Sequence[str], velocity: Entry | None, last: Campaign) -> Entry:
+    """One rung of a ladder, judged in the campaign of the ``last``."""
     return {
         "added": rung.added,
         "model": keys_of(rung.fit),
         "settled": rung.fit.settled,
-        "fitted_rms_px": rms_px(rung.fit, last),
+        "fitted_rms_px": _rms_in(last, rung.fit),
         "held_out": held_out_entry(rung.held_out, names),
         "velocity": velocity,
     }
@@ -232,16 +234,12 @@ def step_entry(step: Step, names: Sequence[str], apart: Sequence[Separation] = (
 
 def explanation_ladder(explanation: Explanation, names: Sequence[str]) -> list[Entry]:
     """The effects that were found as rungs of a ladder."""
-    steps, base = explanation.steps, explanation.begun.fit
+    steps = explanation.rungs
     if not steps:
         return []
-    first: Entry = {"added": None, "model": [], "settled": base.settled, "fitted_rms_px": rms_px(base, explanation.fit)}
-    rungs = [{**first, "held_out": held_out_entry(steps[0].before, names), "velocity": None}]
-    for step in steps:
-        fitted = rms_px(step.fit, explanation.fit)
-        rung: Entry = {"added": step.added, "model": keys_of(step.fit), "settled": step.fit.settled, "fitted_rms_px": fitted}
-        rungs.append({**rung, "held_out": held_out_entry(step.after, names), "velocity": None})
-    return rungs
+    last = explanation.campaign
+    rungs = [Rung(None, last, explanation.begun.fit, steps[0].before), *(Rung(s.added, last, s.fit, s.after) for s in steps)]
+    return [rung_entry(rung, names, None, last) for rung in rungs]
 
 
 def verdict_entry(verdict: Verdict, next_command: str) -> Entry:

@@ -5,7 +5,7 @@ scale of its prior, so a fit never begins where an effect is flat.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,14 +70,14 @@ def ladder(
     *,
     told: Callable[[str], None] = lambda _added: None,
 ) -> Iterator[Rung]:
-    """The base and then one effect more on every rung, all judged in the noise that the last one shows."""
+    """The base and then one effect more on every rung, all judged in the campaign that the last one is fitted in."""
     campaign, fit = fit_with(campaign, start, ())
     reached: list[tuple[str | None, Campaign, CampaignFit]] = [(None, campaign, fit)]
     for effect in effects:
         campaign, fit = with_effect(campaign, fit, effect)
         reached.append((effect.entry.key, campaign, fit))
-    noise = [campaign.kind.noise_of(task) for task in campaign.sequences]
+    if effects:
+        reached[-1] = (effects[-1].entry.key, *relinearised(campaign, fit))
     for key, where, at in reached:
-        tasks = tuple(where.kind.with_noise(task, each) for task, each in zip(where.sequences, noise, strict=True))
-        yield Rung(key, where, at, held_out(replace(where, sequences=tasks), at.state, at.model))
+        yield Rung(key, where, at, held_out(reached[-1][1], at.state, at.model))
         told(key or "base")

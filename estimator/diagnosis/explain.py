@@ -4,7 +4,7 @@ Which effects belong into the model is decided by their evidence alone (:mod:`es
 of held-out sequences is told beside it, effect by effect, as a check that a person understands; it decides nothing.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.adding import fit_with
@@ -27,7 +27,7 @@ ESTABLISHED = FACTOR / (1.0 + FACTOR)
 
 @dataclass(frozen=True)
 class Step:
-    """One effect of the explanation, those that are worth most first.
+    """One effect of the explanation.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Step:
     p : float
         p-value of the effect's score test in the base model.
     before, after : HeldOut
-        Errors of what was not fitted, without it and with it, beside the effects of the steps before.
+        Errors of what was not fitted, without it and with it, beside the effects that the search found before.
     fit : CampaignFit
         The campaign fitted with the effects up to this one.
     """
@@ -84,8 +84,8 @@ class Explanation:
         The most probable set: its fit, without a family that stands for something unknown, and all sets' evidence there.
     path : tuple of At
         The search's way from one to the other.
-    steps : tuple of Step
-        The effects that were found.
+    rungs : tuple of Step
+        The effects that were found, in the order in which the search did.
     covariance : CampaignCovariance
         Of the last fit.
     diagnosis : Diagnosis
@@ -99,7 +99,7 @@ class Explanation:
     begun: At
     last: At
     path: tuple[At, ...]
-    steps: tuple[Step, ...]
+    rungs: tuple[Step, ...]
     covariance: CampaignCovariance
     diagnosis: Diagnosis
     left: Unknown | None
@@ -114,6 +114,11 @@ class Explanation:
     def fit(self) -> CampaignFit:
         """The last fit."""
         return self.last.fit
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The effects that were found, those that are worth most first."""
+        return tuple(sorted(self.rungs, key=lambda step: -step.worth))
 
     @property
     def found(self) -> tuple[str, ...]:
@@ -144,13 +149,14 @@ def explain(
     best = path[-1]
     last = _without_families(path, catalogue)
     told_apart = set(best.members) & best.trial.families
-    steps = _steps(begun, best if set(last.keys) <= set(best.keys) else last, last, told, with_families=not told_apart)
-    error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
+    held = [*path, last]
+    rungs = _rungs(held, best if set(last.keys) <= set(best.keys) else last, told, with_families=not told_apart)
+    error = rungs[-1].after if rungs else held_out(last.campaign, last.fit.state, last.fit.model)
     diagnosis = _as_probable_as_in(best, diagnosis_at(last, ended=True))
     unknown = [e for e in best.members if e in best.trial.families]
     sure = max((sureness(best.trial, best.members, e) for e in unknown), default=1.0)
     left = diagnosis.unknown and replace(diagnosis.unknown, present=bool(unknown), sure=sure)
-    return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), diagnosis, left, error)
+    return Explanation(begun, last, path, rungs, campaign_covariance(last.campaign, last.fit), diagnosis, left, error)
 
 
 def _as_probable_as_in(best: At, diagnosis: Diagnosis) -> Diagnosis:
@@ -182,20 +188,22 @@ def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]
     return moved(best, wanted, catalogue, unknown=True) or known[-1]
 
 
-def _steps(begun: At, best: At, last: At, told: Told, *, with_families: bool) -> tuple[Step, ...]:
-    """The effects of the last model by what they are worth, each with held-out errors beside those before it.
+def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> tuple[Step, ...]:
+    """The effects of the last model on the ``path``, as the search found them, each with held-out errors beside those before it.
 
     Something unknown is a name of one of them only where it is not told as missing beside them: its place is known then.
     """
+    begun, last = path[0], path[-1]
     numbers = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
-    members = [numbers[key] for key in last.keys if numbers[key] not in best.trial.noise]
+    keys = [key for key in last.keys if numbers[key] not in best.trial.noise]
     whole = best.trial.log_posterior(best.members)
-    worth = {e: whole - best.trial.log_posterior(tuple(m for m in best.members if m != e)) for e in members}
+    worth = {key: whole - best.trial.log_posterior(tuple(m for m in best.members if m != numbers[key])) for key in keys}
+    first = {key: next(i for i, at in enumerate(path) if key in at.keys) for key in keys}
     tests = {t.effect.entry.key: t for t in tests_beside(begun.trial.evidence.of)}
-    before = held_out(last.campaign, begun.fit.state, begun.fit.model) if members else None
+    before = held_out(last.campaign, begun.fit.state, begun.fit.model) if keys else None
     found: list[Step] = []
-    for e in sorted(members, key=lambda e: -worth[e]):
-        key = best.trial.evidence.of.keys[e]
+    for key in sorted(keys, key=lambda key: (first[key], -worth[key])):
+        e = numbers[key]
         fit = _with(last, (*(step.added for step in found), key))
         after = held_out(last.campaign, fit.state, fit.model)
         group = tuple(n for n in group_of(best.trial, best.members, e) if with_families or not set(n.effects) & best.trial.families)
@@ -203,7 +211,7 @@ def _steps(begun: At, best: At, last: At, told: Told, *, with_families: bool) ->
         stated = (best.posterior.probability(e), sureness(best.trial, best.members, e))
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
-        found.append(Step(key, names, under_names(best, group, last), odds, *stated, worth[e], min(p, 1.0), before, after, fit))
+        found.append(Step(key, names, under_names(best, group, last), odds, *stated, worth[key], min(p, 1.0), before, after, fit))
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)

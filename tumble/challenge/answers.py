@@ -29,7 +29,7 @@ UNKNOWN = "unknown"
 def answer(explained: Explanation) -> dict[str, Any]:
     """The whole answer to one campaign."""
     campaign, begun = explained.campaign, explained.begun
-    errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
+    errors = {"base": explained.rungs[0].before, "final": explained.held_out} if explained.rungs else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
     best, keys = explained.path[-1], explained.fit.model.keys
     last = uncertain(

@@ -31,6 +31,7 @@ from estimator.likelihood.rows import (
 from estimator.likelihood.time_shifts import TimeShifts
 from estimator.measurements.trajectories.applying import OFTEN_WRONG, why_not, with_plausible_values
 from estimator.measurements.trajectories.imagined import Tracks
+from estimator.measurements.trajectories.noise import with_noise
 from estimator.measurements.trajectories.noise_floor import trajectory_floor
 from estimator.measurements.trajectories.residual_maps import trajectory_maps
 from estimator.measurements.trajectories.task import TrajectoryTask, trajectory_errors
@@ -94,8 +95,13 @@ class Trajectories:
         return sequence
 
     def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
-        """Nothing is shared but parameters."""
-        return campaign, fit.state
+        """With the noise that is left about the effects of the model, which counted as noise where they were not in it.
+
+        What each sequence has of its own, or rows draw anew, takes of the noise whatever it can: about that it is no better known.
+        """
+        effects = fit.model.effects
+        takes = any(effect.entry.scope.own or effect.random or effect.noise for effect in effects)
+        return (with_noise(campaign, fit) if effects and not takes else campaign), fit.state
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Of a flight whose residuals are larger than all others', a hand's or a bad track's, the noise is larger, not the effects."""

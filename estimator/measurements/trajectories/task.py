@@ -37,7 +37,7 @@ class TrajectoryTask:
     ``x_world`` (n, 3) m of the centre of mass of the nominal body; ``R_world_body`` (n, 3, 3), ``omega_world`` (n, 3) rad/s and ``gyro``
     (n, 3) rad/s, tracked frame, or ``None``; ``sigma`` (n, c) standard deviations of the c residuals of each row in the order positions,
     rotations, spins, gyroscope, infinite where nothing was measured; ``repeats`` (c,) over how many rows the noise of each is alike;
-    ``kept`` (n,) rows in use.
+    ``kept`` (n,) rows in use; ``stated``: channels whose noise is.
     """
 
     name: str
@@ -50,6 +50,7 @@ class TrajectoryTask:
     kept: NDArray[np.bool_]
     gyro: Array | None = None
     noise: float = 1.0
+    stated: frozenset[str] = frozenset()
 
     def with_noise(self, noise: float) -> "TrajectoryTask":
         """The same with standard deviations ``noise`` times those that were stated or estimated."""

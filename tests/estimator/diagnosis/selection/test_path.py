@@ -98,9 +98,11 @@ def test_steps_are_told_by_what_they_are_worth_with_held_out_errors_beside() -> 
     found = explained(2, BOTH)
     worth = [step.worth for step in found.steps]
     assert worth == sorted(worth, reverse=True)
-    assert all(before.after is after.before for before, after in pairwise(found.steps))
-    assert found.steps[-1].after.rms_px < found.steps[0].before.rms_px
-    assert found.held_out.rms_px == found.steps[-1].after.rms_px
-    assert [len(step.fit.model.keys) for step in found.steps] == list(range(1, len(found.steps) + 1))
+    assert all(before.after is after.before for before, after in pairwise(found.rungs))
+    assert found.rungs[-1].after.rms_px < found.rungs[0].before.rms_px
+    assert found.held_out.rms_px == found.rungs[-1].after.rms_px
+    assert [len(step.fit.model.keys) for step in found.rungs] == list(range(1, len(found.rungs) + 1))
+    reached = [next(i for i, at in enumerate(found.path) if step.added in at.keys) for step in found.rungs]
+    assert reached == sorted(reached)
     assert all(0.5 < step.probability <= 1.0 for step in found.steps)
     assert all(step.group[0] == step.added and step.odds[0] == 0.0 for step in found.steps)

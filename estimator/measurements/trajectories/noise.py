@@ -1,0 +1,160 @@
+"""Noise of the rows of trajectories, read off what a fit leaves where nobody states it.
+
+What one effect of the catalogue makes of all sequences is no noise where that is far more probable than noise alone; nor is what the
+effects of a fit have explained. So noise is read about free flight first, and again about the effects that are found.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from estimator.diagnosis.selection.evidence import BEYOND
+from estimator.diagnosis.selection.groups import FACTOR
+from estimator.effects.link import EffectModel
+from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, sequence_equations
+from estimator.likelihood.alike_noise import ChannelNoise, channel_noise, less_explained, surprise
+from estimator.measurements.trajectories.task import TrajectoryTask
+
+Array = NDArray[np.float64]
+TOLD = {"x": "positions along", "theta": "turns about", "omega": "spins about", "gyro": "readings of"}
+"""Channels in words, before an axis."""
+ROUNDING = float(np.finfo(np.float64).eps)
+"""Noise (m, rad, rad/s) that is none: rounding of numbers near one."""
+WORTH = 2.0 * float(np.log(FACTOR * len(MODELS)))
+"""By how much minus twice the log likelihood has to fall for the best of the catalogue's effects to be more than chance (decision 47)."""
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """One axis of a channel: ``columns`` of the sequences that have it, by number, and their ``residuals`` at ``times`` (s).
+
+    ``known``: whether its noise is stated.
+    """
+
+    channel: str
+    axis: int
+    known: bool
+    columns: Mapping[int, int]
+    residuals: list[Array]
+    times: list[Array]
+
+    @cached_property
+    def noise(self) -> ChannelNoise | None:
+        """Of the residuals, beside polynomials in the number of a row: stamps may be rounded, rows of a tracker are evenly spaced."""
+        return channel_noise(self.residuals, stated=self.known)
+
+    @property
+    def surprise(self) -> float:
+        """Minus twice the log likelihood of the residuals beside polynomials in time, which effects of the clock are, too."""
+        noise = channel_noise(self.residuals, self.times, stated=self.known)
+        return 0.0 if noise is None else surprise(self.residuals, self.times, noise)
+
+
+def with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:
+    """The campaign with noise estimated from the fit's residuals; where it is stated, only the likeness of neighbouring rows."""
+    tasks: list[TrajectoryTask] = [task.with_noise(1.0) for task in campaign.sequences]
+    for each in _less_an_effect(campaign, fit, list(_axes(campaign, fit))):
+        noise = each.noise
+        told = f"{TOLD[each.channel]} {'xyz'[each.axis]}"
+        _refuse_without_scatter(None if each.known else noise, [tasks[i].name for i in each.columns], told)
+        for i, k in each.columns.items():
+            if noise is not None:
+                tasks[i] = _replaced(tasks[i], k, None if each.known else noise.sigma, noise.repeats)
+    return replace(campaign, sequences=tuple(tasks))
+
+
+def _axes(campaign: Campaign, fit: CampaignFit) -> Iterator[_Axis]:
+    """Every axis that was measured."""
+    tasks = campaign.sequences
+    for channel, known, axis in product(TOLD, (False, True), range(3)):
+        rows = [i for i, task in enumerate(tasks) if (channel in task.stated) is known and task.seen(channel)[:, axis].any()]
+        if rows:
+            columns = {i: tasks[i].columns(channel).start + axis for i in rows}
+            residuals = [_residuals(fit, tasks[i], (i, k), stated=known) for i, k in columns.items()]
+            times = [tasks[i].times_s[np.isfinite(tasks[i].sigma[:, k])] for i, k in columns.items()]
+            yield _Axis(channel, axis, known, columns, residuals, times)
+
+
+def _less_an_effect(campaign: Campaign, fit: CampaignFit, axes: list[_Axis]) -> list[_Axis]:
+    """The axes whose noise is not known, less what the one effect of the catalogue explains that is worth it most; as they are else."""
+    free = [each for each in axes if not each.known]
+    noise = [each.noise for each in free]
+    if not free or any(each is None for each in noise):
+        return axes
+    scales = [max(each.sigma, ROUNDING) for each in noise if each is not None]
+    model = Model((*fit.model.effects, *_shared_effects(campaign, fit.model.keys)))
+    theta = tuple(np.concatenate([values, np.zeros(model.size - fit.model.size)]) for values in fit.state.theta)
+    at = CampaignState(fit.state.flights, theta)
+    J = [sequence_equations(campaign, i, at, model).errors.J for i in range(len(campaign.sequences))]
+    least, best = sum(each.surprise for each in free) - WORTH, free
+    for effect in model.effects[len(fit.model.effects) :]:
+        columns = model.layout.columns([effect.entry.key])
+        less = _explained(campaign, free, scales, [j[:, :, columns] for j in J], effect)
+        if less is None:
+            continue
+        spent = len(columns) * float(np.log(sum(len(r) for each in free for r in each.residuals)))
+        value = sum(each.surprise for each in less) + spent
+        if value < least:
+            least, best = value, less
+    return [*(each for each in axes if each.known), *best]
+
+
+def _refuse_without_scatter(noise: ChannelNoise | None, names: Sequence[str], what: str) -> None:
+    """Refuse values that never differ from a smooth curve: an axis that was written though nobody measured it, or made data."""
+    if noise is not None and noise.sigma <= ROUNDING:
+        raise InputError(
+            f"{names[0]}: expected {what} to scatter from row to row, got values without noise in {len(names)} trajectories. Leave cells "
+            "of what was not measured empty; of made data state the noise (sigma_x_m, sigma_theta_rad, ...)."
+        )
+
+
+def _shared_effects(campaign: Campaign, there: Sequence[str]) -> list[EffectModel]:
+    """Effects with values that all sequences share, which are on trial beside those that are ``there`` and act from zero on."""
+    told = [
+        campaign.kind.adapted(effect)
+        for key, effect in MODELS.items()
+        if key not in there and campaign.kind.why_not(campaign, effect) is None
+    ]
+    shared = [each for each in told if not (each.random or each.noise or each.entry.scope.own)]
+    starts = [each.starts(campaign.sequences[0].setting) for each in shared]
+    return [each for each, start in zip(shared, starts, strict=True) if len(start) == 1 and not start.any()]
+
+
+def _explained(campaign: Campaign, axes: list[_Axis], scales: list[float], J: Sequence[Array], effect: EffectModel) -> list[_Axis] | None:
+    """Axes with noise of such ``scales`` less what an effect of derivatives ``J`` (n, c, k) explains; ``None``: nothing plausible."""
+    residuals, signatures = [], []
+    for axis, scale in zip(axes, scales, strict=True):
+        for (i, k), r in zip(axis.columns.items(), axis.residuals, strict=True):
+            sigma = campaign.sequences[i].sigma[:, k]
+            seen = np.isfinite(sigma)
+            residuals.append(r / scale)
+            signatures.append(J[i][seen, k] * sigma[seen, None] / scale)
+    left, amplitudes = less_explained(residuals, [t for axis in axes for t in axis.times], signatures)
+    largest = np.array([BEYOND * max(map(abs, p.plausible)) for p in effect.entry.parameters])
+    if not amplitudes.any() or (np.abs(amplitudes) > largest).any():
+        return None
+    each = iter(left)
+    return [replace(axis, residuals=[next(each) * scale for _ in axis.residuals]) for axis, scale in zip(axes, scales, strict=True)]
+
+
+def _residuals(fit: CampaignFit, task: TrajectoryTask, at: tuple[int, int], *, stated: bool) -> Array:
+    """Residuals of the rows of a sequence that were measured in a column, in their standard deviations or, not stated, in their unit."""
+    number, column = at
+    seen = np.isfinite(task.sigma[:, column])
+    e = fit.equations[number].errors.e[seen, column]
+    return np.asarray(e * (task.noise if stated else task.sigma[seen, column]))
+
+
+def _replaced(task: TrajectoryTask, column: int, sigma: float | None, repeats: float) -> TrajectoryTask:
+    new_sigma, new_repeats = task.sigma.copy(), task.repeats.copy()
+    new_repeats[column] = repeats
+    if sigma is not None:
+        new_sigma[np.isfinite(task.sigma[:, column]), column] = sigma
+    return replace(task, sigma=new_sigma, repeats=new_repeats)
