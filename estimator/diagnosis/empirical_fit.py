@@ -28,6 +28,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Campaign
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.held_out import HeldOut, held_out
 from estimator.fitting.campaigns.wald import zero_p
+from estimator.fitting.campaigns.weighing_again import weighed_again
 from estimator.fitting.descent import Effort
 
 Array = NDArray[np.float64]
@@ -126,16 +127,17 @@ def _floor(campaign: Campaign, fit: CampaignFit) -> float:
 
 def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[HeldOut, float]) -> LawFit | None:
     shown = [term for term in TERMS if campaign.kind.why_not(campaign, CURVES[term.link]) is None]
-    law = find_law(pooled_scores(campaign, wide), terms=shown)
+    quiet, wide = weighed_again(campaign, wide)
+    law = find_law(pooled_scores(quiet, wide), terms=shown)
     if law is None:
         return None
-    terms = with_amplitudes(law)
+    without, terms = fit_campaign(quiet, fit.state, fit.model), with_amplitudes(law)
     while True:
-        refitted = fit_terms(campaign, fit, terms, wide)
+        refitted = fit_terms(quiet, without, terms, wide)
         if refitted is None:
             return None
-        covariance = campaign_covariance(campaign, refitted)
-        weakest = int(np.argmax(p_values := _wald(campaign, refitted, covariance, terms)))
+        covariance = campaign_covariance(quiet, refitted)
+        weakest = int(np.argmax(p_values := _wald(quiet, refitted, covariance, terms)))
         if len(terms) == 1 or p_values[weakest] <= SUPERFLUOUS:
             break
         terms = tuple(t for i, t in enumerate(terms) if i != weakest)

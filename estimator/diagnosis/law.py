@@ -2,9 +2,9 @@
 
 Terms of :mod:`estimator.effects.empirical.law_terms` are taken up one after the other (forward selection, then what became superfluous is
 dropped) as long as Schwarz's criterion falls: remainder of the white regression plus the logarithm of its number of data per parameter
-[Schwarz 1978; Brunton, Proctor and Kutz 2016 on sparse regression for dynamics]. Of sets whose criteria differ by less than ``MARGIN`` the
-first of the library counts, which goes from simple to involved; the others are alternatives. A single term that the catalogue has is an
-alternative at most: whoever asks for a law has tried the catalogue.
+[Schwarz 1978; Brunton, Proctor and Kutz 2016 on sparse regression for dynamics]. Of sets whose criteria differ by less than ``MARGIN`` that
+of the fewest numbers counts, or the first of the library, which goes from simple to involved; the others are alternatives. A single term
+that the catalogue has is an alternative at most: whoever asks for a law has tried the catalogue.
 
 Amplitudes are eliminated (variable projection [Golub and Pereyra 1973]); exponents and places are found by nonlinear least squares from
 the best of a grid. An exponent is held at usual values while terms compete, unless freeing it is worth a parameter; its interval is its
@@ -130,7 +130,7 @@ def _first(tried: Iterable[Regressed], nothing: float) -> Regressed:
     least = min(each.criterion for each in unknown)
     order = [term.key for term in TERMS]
     close = [each for each in unknown if each.criterion <= least + MARGIN]
-    return min(close, key=lambda each: (len(each.terms), [order.index(key) for key in each.keys]))
+    return min(close, key=lambda each: (len(each.terms), sum(t.size for t in each.terms), [order.index(key) for key in each.keys]))
 
 
 def _with(pooled: PooledScores, terms: tuple[Shaped, ...], term: Term, penalty: float) -> Regressed:

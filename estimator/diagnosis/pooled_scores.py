@@ -12,6 +12,7 @@ term's score is the combination of these columns that its curve makes, so nothin
 terms that are not linear (powers, places) cost a matrix product each rather than flights of their own.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, score_tests
 from estimator.effects.empirical.force_curves import DEGREES, FreeForceCurve, FreeTorqueCurve, StandingForceCurve, StandingTorqueCurve
 from estimator.effects.empirical.law_terms import Link, Term
-from estimator.effects.link import Moment
+from estimator.effects.link import EffectModel, Moment
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.campaigns.forced_velocities import forced_states
@@ -32,7 +33,7 @@ from estimator.motion.rigid_body import rotation_matrices
 Array = NDArray[np.float64]
 N_COEFFICIENTS = 3 * len(DEGREES)
 """Of the curve of one link in one sequence, three axes."""
-LINKS: tuple[Link, ...] = ("acceleration", "torque")
+LINKS: dict[Link, EffectModel] = {"acceleration": FreeForceCurve(), "torque": FreeTorqueCurve()}
 NODES = 24
 """Of the quadrature in time: exact for products of two of these curves' polynomials, and for laws as smooth."""
 
@@ -74,11 +75,13 @@ def pooled_scores(campaign: Campaign, wide: CampaignFit) -> PooledScores:
     """Scores of a campaign fitted with both curves, the last effects of the model, as if they were not there."""
     model = Model((*wide.model.effects[:-2], StandingForceCurve(), StandingTorqueCurve()))
     standing = fit_campaign(campaign, wide.state, model, Effort(steps=0))
-    _, scores = score_tests(campaign, standing, Candidates.of(campaign, (FreeForceCurve(), FreeTorqueCurve())))
+    on_trial = Candidates.of(campaign, LINKS.values())
+    _, scores = score_tests(campaign, standing, on_trial)
     node, weight = np.polynomial.legendre.leggauss(NODES)
     powers = np.polynomial.legendre.legvander(node, DEGREES[-1])
     W = scores.whitener
-    design = _design(scores, W, len(campaign.sequences))
+    links = [link for each in on_trial.effects for link, curve in LINKS.items() if each.entry.key == curve.entry.key]
+    design = _design(scores, W, len(campaign.sequences), links)
     curves = np.array([theta[-2 * N_COEFFICIENTS :].reshape(2, len(DEGREES), 3) for theta in wide.state.theta])
     there = sum((np.einsum("rsdx,sdx->r", design[link], curves[:, number]) for number, link in enumerate(LINKS)), np.zeros(len(W)))
     return PooledScores(
@@ -90,12 +93,13 @@ def pooled_scores(campaign: Campaign, wide: CampaignFit) -> PooledScores:
     )
 
 
-def _design(scores: EfficientScores, W: Array, sequences: int) -> dict[Link, Array]:
+def _design(scores: EfficientScores, W: Array, sequences: int, links: Sequence[Link]) -> dict[Link, Array]:
+    """By link; ``links`` of the effects on trial: a force is not where no positions are measured."""
     white = W @ scores.H
     design = {link: np.zeros((len(white), sequences, len(DEGREES), 3)) for link in LINKS}
     for i, column in enumerate(scores.columns):
         degree, axis = divmod(column.parameter, 3)
-        design[LINKS[column.effect]][:, column.sequence or 0, degree, axis] = white[:, i]
+        design[links[column.effect]][:, column.sequence or 0, degree, axis] = white[:, i]
     return design
 
 

@@ -115,16 +115,35 @@ def noise_scales(misfits: Array, freedom: Array) -> Array:
     return np.asarray(np.sqrt((NOISE_FREEDOM + misfits) / (NOISE_FREEDOM + freedom)))
 
 
-def log_density(equations: Sequence[Weighed], misfits: Array, freedom: Array) -> float:
-    """Student's density of every sequence [O'Hagan and Forster 2004, ch. 11], its rows' random shifts in time integrated.
+@dataclass(frozen=True)
+class Density:
+    """Student's density of the residuals of several sequences, each sequence's noise integrated [O'Hagan and Forster 2004, ch. 11].
 
-    Over that of numbers of variance one: how many independent ones there are depends on the model where noise repeats.
-    ``misfits``, ``freedom`` (s,) of the sequences.
+    ``misfits``, ``freedom`` (s,) of the sequences; ``constant``: what no misfit changes (nats).
+    """
+
+    misfits: Array
+    freedom: Array
+    constant: float
+
+    def log(self, share: float = 1.0) -> float:
+        """Its logarithm (nats) where a ``share`` is left of every misfit."""
+        return self.constant - float(np.sum(0.5 * (NOISE_FREEDOM + self.freedom) * np.log1p(share * self.misfits / NOISE_FREEDOM)))
+
+
+UNKNOWN = Density(np.zeros(0), np.zeros(0), 0.0)
+"""The density of what nobody knows the density of."""
+
+
+def density(equations: Sequence[Weighed], misfits: Array, freedom: Array) -> Density:
+    """The density with the rows' random shifts in time integrated, over that of numbers of variance one.
+
+    How many independent ones there are depends on the model where noise repeats. ``misfits``, ``freedom`` (s,) of the sequences.
     """
     half = 0.5 * (NOISE_FREEDOM + freedom)
     spread = sum(float(np.sum(np.log1p(_shifted(each)))) for each in equations)
     scale = gammaln(half) - gammaln(0.5 * NOISE_FREEDOM) - 0.5 * freedom * np.log(0.5 * NOISE_FREEDOM)
-    return float(np.sum(scale - half * np.log1p(misfits / NOISE_FREEDOM))) - 0.5 * spread
+    return Density(misfits, freedom, float(np.sum(scale)) - 0.5 * spread)
 
 
 def marginal_squares(equations: Weighed) -> float:

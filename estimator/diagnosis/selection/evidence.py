@@ -4,7 +4,8 @@ Given the quadratic of :class:`estimator.diagnosis.selection.linearised.Linearis
 amplitudes of a set, with ``s²`` the noise's variance over what its model says, the integral over amplitudes and ``s²`` is exact:
 ``ln p = -1/2 ln det(1 + D G D) - (nu + n)/2 ln(1 + Q / nu)``, ``Q = S(0) - bᵀ D (1 + D G D)⁻¹ D b`` [O'Hagan and Forster 2004,
 ch. 11]. ``s²`` has a scaled inverse chi-squared prior of ``nu`` degrees of freedom about 1: the noise model may be wrong by a factor, and a
-misfit that no set removes counts as noise. Where each sequence has a noise of its own, that is in the weights, and ``ln p`` is normal.
+misfit that no set removes counts as noise. Where each sequence has a noise of its own, a set is taken to change all of their misfits by
+one factor, and ``ln p`` is the sum of their densities.
 
 ``D`` is not one number. What nature calls plausible spans orders of magnitude, and an effect of a hundredth of its range is no surprise:
 each effect's prior is a mixture of normal ones, of standard deviation ``r`` times its plausible limit with ``r`` uniform in its logarithm.
@@ -278,9 +279,9 @@ class Evidence:
         return self._noise_model.at(misfit)
 
     def _log_density(self, misfit: float) -> float:
-        """Logarithm of the density of a sum of squares: normal where the noise is known, Student's where its variance is integrated."""
+        """Logarithm of the density of a sum of squares: Student's, of every sequence or of all together."""
         if self.of.count is None:
-            return self.of.density - 0.5 * misfit
+            return self.of.residuals.log_density(misfit)
         return -0.5 * (NOISE_FREEDOM + self.of.count) * float(np.log1p(max(misfit, 0.0) / NOISE_FREEDOM))
 
     def _searched(self, sized: Sequence[int]) -> float:

@@ -23,10 +23,29 @@ from numpy.typing import NDArray
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, candidate_equations, efficient_scores
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
+from estimator.likelihood.rows import Density
 from estimator.likelihood.time_shifts import JitterTest, jitter_test
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AtFit:
+    """The ``density`` of all residuals at a fit, their weighted ``squares``, and twice what ``priors`` of the instrument cost there.
+
+    ``drawn``: the gain (nats) of what is drawn anew in every frame, if the fit has that: a set has it where it has such an effect.
+    """
+
+    density: Density
+    squares: float
+    priors: float
+    drawn: float
+
+    def log_density(self, left: float) -> float:
+        """Where so much is ``left`` of squares and priors: a set makes the misfits of all sequences smaller by one factor."""
+        share = max(1.0 + (left - self.squares - self.priors) / self.squares, 0.0)
+        return self.density.log(share) - 0.5 * self.priors - self.drawn
 
 
 @dataclass(frozen=True)
@@ -47,9 +66,8 @@ class Linearised:
         ``S(0)``, weighted sum of squares where every amplitude is zero.
     count : float or None
         How many independent numbers that sum has, where its noise is known up to one factor; ``None`` where each sequence's noise is.
-    density : float
-        What the fit's own logarithm of the density of all residuals has beside ``-S/2``, without the gain of what is drawn anew in every
-        frame: a set has that where it has such an effect. Noise that a fit has drawn anew in every frame is in its weights.
+    residuals : AtFit
+        The density of all residuals. Noise that a fit has drawn anew in every frame is in its weights.
     candidates : Candidates
         The effects with the starts that were tried of each.
     starts : mapping
@@ -69,7 +87,7 @@ class Linearised:
     pull: Array
     misfit: float
     count: float | None
-    density: float
+    residuals: "AtFit"
     candidates: Candidates
     starts: Mapping[tuple[int, int | None], int]
     jitter: JitterTest
@@ -119,13 +137,14 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     current = np.array([_current(fit, base.size, column, own) for column in scores.columns])
     known = campaign.kind.noise_scales(campaign, equations) is not None
     squares = campaign.kind.squares(equations) if known else None
+    priors = 2.0 * _cost_of_base(campaign, bare)
     jitter = jitter_test(campaign.time_shifts(equations))
     return Linearised(
         candidates.effects,
         len(own),
         scores,
-        *_quadratic(scores, current, None if squares is None else squares + 2.0 * _cost_of_base(campaign, bare)),
-        _density(campaign, equations, squares) - 0.5 * jitter.gain * any(e.random for e in own),
+        *_quadratic(scores, current, None if squares is None else squares + priors),
+        AtFit(campaign.kind.density(campaign, equations), squares or 0.0, priors, 0.5 * jitter.gain * any(e.random for e in own)),
         candidates,
         chosen,
         jitter,
@@ -171,11 +190,6 @@ def _current(fit: CampaignFit, before: int, column: Column, own: Sequence[Effect
         return 0.0
     first = before + sum(len(e.entry.parameters) for e in own[: column.effect])
     return float(fit.state.theta[column.sequence or 0][first + column.parameter])
-
-
-def _density(campaign: Campaign, equations: Sequence[SequenceEquations], squares: float | None) -> float:
-    """What the logarithm of the density of all residuals has beside ``-S/2``; nothing where their density is not known."""
-    return 0.0 if squares is None else campaign.kind.log_density(campaign, equations) + 0.5 * squares
 
 
 def _quadratic(scores: EfficientScores, current: Array, squares: float | None) -> tuple[Array, Array, float, float | None]:

@@ -107,12 +107,17 @@ def _powers(positions: Array) -> Array:
     return np.array([[power] for power in USUAL_DRAG])
 
 
+def _powers_of_spin(positions: Array) -> Array:
+    del positions
+    return np.array([[power] for power in USUAL_SPIN])
+
+
 GAPS_M = (0.005, 0.02, 0.06, 0.2)
 """How far behind the nearest position a plane or point is tried."""
 PLANES = 48
 """Directions of planes and points on trial, about 29° apart."""
-USUAL_DRAG, USUAL_PULL = (1.0, 2.0), (2.0, 1.0, 3.0)
-"""Exponents that a law takes where the data allow it, the simplest first: drag, and pulls over a distance."""
+USUAL_DRAG, USUAL_SPIN, USUAL_PULL = (1.0, 2.0), (1.0, 2.0, 0.0), (2.0, 1.0, 3.0)
+"""Exponents that a law takes where the data allow it, the simplest first: drag, spin in air or on a table, and pulls over a distance."""
 
 
 def _planes(positions: Array) -> Array:
@@ -268,10 +273,10 @@ TERMS: tuple[Term, ...] = (
         ),
         1,
         against_spin,
-        _powers,
+        _powers_of_spin,
         "spin_power",
         (0.0, 4.0),
-        USUAL_DRAG,
+        USUAL_SPIN,
         positive=True,
     ),
 )

@@ -14,6 +14,7 @@ from datasets.estimate import FrameReport
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.system import Arrangement
+from estimator.likelihood.rows import Density
 from estimator.motion.flight import Flight
 
 if TYPE_CHECKING:
@@ -96,8 +97,8 @@ class MeasurementKind(Protocol):
         """The sequence with noise ``noise`` times what its model says."""
         ...
 
-    def log_density(self, campaign: "Campaign", equations: Sequence["SequenceEquations"]) -> float:
-        """Logarithm of the density of all residuals, each sequence's noise integrated."""
+    def density(self, campaign: "Campaign", equations: Sequence["SequenceEquations"]) -> Density:
+        """The density of all residuals, each sequence's noise integrated."""
         ...
 
     def squares(self, equations: Sequence["SequenceEquations"]) -> float:

@@ -18,8 +18,9 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, fit_campaign
 from estimator.fitting.system import Arrangement
 from estimator.likelihood.rows import (
+    Density,
+    density,
     freedoms,
-    log_density,
     marginal_squares,
     misfits,
     noise_scales,
@@ -139,9 +140,9 @@ class Outlines:
         """With larger standard deviations."""
         return replace(sequence, noise=noise)
 
-    def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
+    def density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Density:
         """Each sequence's noise integrated."""
-        return log_density(equations, misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
+        return density(equations, misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
 
     def squares(self, equations: Sequence[SequenceEquations]) -> float:
         """Of what random shifts of the frames' times do not explain."""

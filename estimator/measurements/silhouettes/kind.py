@@ -23,6 +23,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Campaign
 from estimator.fitting.campaigns.campaign_noise import repeated_noise
 from estimator.fitting.system import Arrangement
 from estimator.likelihood.composite_likelihood import RandomShift, weigh_linear
+from estimator.likelihood.rows import UNKNOWN, Density
 from estimator.likelihood.time_shifts import TimeShifts, likeness, noise_ratio, time_derivative, time_shifts
 from estimator.measurements.silhouettes.imagined import Pictures
 from estimator.measurements.silhouettes.noise_floor import silhouette_floor
@@ -130,10 +131,10 @@ class Silhouettes:
         del noise
         return sequence
 
-    def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
+    def density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Density:
         """Tangents of one outline are nearly functions of one another: their density is not known, that of scores is."""
         del campaign, equations
-        return 0.0
+        return UNKNOWN
 
     def squares(self, equations: Sequence[SequenceEquations]) -> float:
         """Of all errors, tangents that are alike as often as there are."""

@@ -18,9 +18,10 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.fitting.system import Arrangement
 from estimator.likelihood.rows import (
+    Density,
     Rows,
+    density,
     freedoms,
-    log_density,
     marginal_squares,
     misfits,
     noise_scales,
@@ -120,9 +121,9 @@ class Trajectories:
         """With larger standard deviations."""
         return sequence.with_noise(noise)
 
-    def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
+    def density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Density:
         """Each sequence's noise integrated."""
-        return log_density(equations, misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
+        return density(equations, misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
 
     def squares(self, equations: Sequence[SequenceEquations]) -> float:
         """Of what random shifts of the rows' times do not explain."""

@@ -90,7 +90,7 @@ def test_the_density_of_a_fit_hardly_depends_on_the_weights_it_was_found_with() 
     found = registered(bad=False)
     fit = base_fit(found.campaign, found.start)
     there, again = weighed(bad=False)
-    density = [c.kind.log_density(c, f.equations) for c, f in ((found.campaign, fit), (there, again))]
+    density = [c.kind.density(c, f.equations).log() for c, f in ((found.campaign, fit), (there, again))]
     assert density[0] == pytest.approx(density[1], abs=0.5)
 
 
