@@ -201,14 +201,15 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     law = found.law
     if law is None:
         return [*said, NO_LAW] if left.stage is Stage.DYNAMICS else said
+    exponents = [_exponent_words(e) for e in law.law.exponents if e.term in [t.key for t in law.terms]]
     if not found.described:
-        return [*said, _nearest_law(law, rms, unit)]
+        return [*said, _nearest_law(law, rms, unit), *exponents]
     values = ", ".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}".removesuffix(" 1") for v in law_values(law))
     said.append(
         f"The simplest law for it is {law_words(law.terms)}: {law_formula(law.terms)} with {values}. It brings the {rms} to "
         f"{law.removed.after.rms_px:.4f} {unit} ({law.removed.share:.0%} of the excess)."
     )
-    said += [_exponent_words(e) for e in law.law.exponents if e.term in [t.key for t in law.terms]]
+    said += exponents
     others = [law_words([t.term for t in each.terms]) for each in law.law.alternatives[:MOST_OTHERS]]
     if others:
         said.append(f"These data do not rule out: {'; '.join(others)}.")
@@ -237,7 +238,8 @@ MOST_OTHERS = 3
 
 def _exponent_words(e: Exponent) -> str:
     name = e.parameter.replace("_", " ")
-    return f"The {name} is {e.best:.1f} (95%: {e.interval[0]:.1f} to {e.interval[1]:.1f}); the law takes {e.taken:.3g}."
+    always = "" if e.taken else ", the same however fast: dry friction does that"
+    return f"The {name} is {e.best:.1f} (95%: {e.interval[0]:.1f} to {e.interval[1]:.1f}); the law takes {e.taken:.3g}{always}."
 
 
 def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequence[str]], str], *, sure: float = 1.0) -> Verdict:

@@ -12,6 +12,8 @@ from datasets.errors import InputError
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.vocabulary.body import Body
 from estimator.diagnosis.adding import fit_with
+from estimator.diagnosis.empirical_fit import fit_empirical
+from estimator.diagnosis.explain import explain
 from estimator.diagnosis.residual_maps import residual_maps
 from estimator.effects.choosing import catalogue
 from estimator.effects.empirical.force_curves import ForceCurve, TorqueCurve
@@ -191,3 +193,22 @@ def test_without_positions_a_law_has_no_terms_of_a_force() -> None:
     campaign = register_trajectories(gyro_rows(2, 0.2, (0.55, 0.8, 1.0), rows=40)).campaign
     assert campaign.kind.why_not(campaign, ForceCurve()) == "it needs measured positions"
     assert campaign.kind.why_not(campaign, TorqueCurve()) is None
+
+
+def test_the_law_of_dry_friction_is_read_off_a_gyroscope_alone() -> None:
+    """No force is on trial where no position is measured: the curve of the torque was taken for one, and no law was found."""
+    friction, rows = 25.0, 45
+    times, rng = np.arange(rows) / 100.0, np.random.default_rng(8)
+    spin = np.array([0.3, 0.6, -13.0])
+    read = spin * (1.0 - friction * times / np.linalg.norm(spin))[:, None] + rng.normal(0.0, 10.0 * NOISE_RADS, (rows, 3))
+    nothing, where = np.full((rows, 3), np.nan), Surroundings(np.zeros(3), Body(np.zeros(3), np.eye(3), np.ones(3)))
+    registered = register_trajectories([Trajectory("table", times, nothing, None, None, None, None, None, where, read)])
+    found = explain(registered.campaign, registered.start, catalogue())
+    assert found.found == ("spin_damping",)
+    assert found.left is not None
+    assert found.left.present
+    law = fit_empirical(found.campaign, found.fit, found.left).law
+    assert law is not None
+    assert [term.key for term in law.terms] == ["against_spin"]
+    assert law.law.exponents[0].taken == 0.0
+    assert law.removed.share > 0.9
