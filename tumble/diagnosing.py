@@ -340,7 +340,9 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
     remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
     content = _content("ladder", question, campaign, uncertain(campaign.registered.campaign, last, question.candidates(campaign)))
     floor = _floor(registered.campaign, last)
-    verdict = _unless_too_short(at_first, Verdict("judged", sentence, remarks, ()), floor, campaign)
+    verdict = Verdict("judged", sentence, remarks, ())
+    if rungs[0].held_out.worse_by_chance(rungs[-1].held_out) >= ALPHA:
+        verdict = _unless_too_short(at_first, verdict, floor, campaign)
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, registered.campaign, (1.0, 0.0)),

@@ -201,15 +201,14 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     law = found.law
     if law is None:
         return [*said, NO_LAW] if left.stage is Stage.DYNAMICS else said
-    exponents = [_exponent_words(e) for e in law.law.exponents if e.term in [t.key for t in law.terms]]
     if not found.described:
-        return [*said, _nearest_law(law, rms, unit), *exponents]
+        return [*said, _nearest_law(law, rms, unit)]
     values = ", ".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}".removesuffix(" 1") for v in law_values(law))
     said.append(
         f"The simplest law for it is {law_words(law.terms)}: {law_formula(law.terms)} with {values}. It brings the {rms} to "
         f"{law.removed.after.rms_px:.4f} {unit} ({law.removed.share:.0%} of the excess)."
     )
-    said += exponents
+    said += [_exponent_words(e) for e in _exponents(law)]
     others = [law_words([t.term for t in each.terms]) for each in law.law.alternatives[:MOST_OTHERS]]
     if others:
         said.append(f"These data do not rule out: {'; '.join(others)}.")
@@ -220,10 +219,16 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
 
 def _nearest_law(law: LawFit, rms: str, unit: str) -> str:
     """That the best law leaves more than curves of no law do."""
+    exponents = " ".join(_exponent_words(e) for e in _exponents(law))
     return (
         f"No law that was tried describes it: the nearest, {law_words(law.terms)}, brings the {rms} to "
-        f"{law.removed.after.rms_px:.4f} {unit} only ({law.removed.share:.0%} of the excess)."
-    )
+        f"{law.removed.after.rms_px:.4f} {unit} only ({law.removed.share:.0%} of the excess). {exponents}"
+    ).rstrip()
+
+
+def _exponents(law: LawFit) -> list[Exponent]:
+    """Those of the terms that stay."""
+    return [e for e in law.law.exponents if e.term in [t.key for t in law.terms]]
 
 
 def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -> Iterator[str]:

@@ -28,7 +28,7 @@ def explained(*, found: bool) -> Any:
     """A drag that was found, with the held-out errors of free flight and of the drag."""
     worse = replace(error(), squares=tuple(4.0 * each for each in error().squares))
     step = SimpleNamespace(added="linear_drag", before=worse, after=error(), fit=with_drag())
-    return SimpleNamespace(steps=(step,) if found else (), begun=SimpleNamespace(fit=fitted()), fit=with_drag() if found else fitted())
+    return SimpleNamespace(rungs=(step,) if found else (), begun=SimpleNamespace(fit=fitted()), campaign=registered().campaign)
 
 
 def names() -> list[str]:

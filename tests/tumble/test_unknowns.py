@@ -117,6 +117,7 @@ def test_a_law_that_predicts_worse_than_curves_is_told_without_values() -> None:
     law = SimpleNamespace(
         terms=[SimpleNamespace(words="an attraction along one axis")],
         removed=SimpleNamespace(before=before, after=_held_out(1.04, 1.10, 0.99), share=0.06),
+        law=SimpleNamespace(exponents=()),
     )
     found = SimpleNamespace(
         terms=[SimpleNamespace(entry=SimpleNamespace(key="force_curve"))],
