@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.errors import InputError
 from datasets.estimate import FrameReport
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
@@ -101,8 +102,12 @@ class Trajectories:
         What each sequence has of its own, or rows draw anew, takes of the noise whatever it can: about that it is no better known.
         """
         effects = fit.model.effects
-        takes = any(effect.entry.scope.own or effect.random or effect.noise for effect in effects)
-        return (with_noise(campaign, fit) if effects and not takes else campaign), fit.state
+        if not effects or any(effect.entry.scope.own or effect.random or effect.noise for effect in effects):
+            return campaign, fit.state
+        try:
+            return with_noise(campaign, fit), fit.state
+        except InputError:  # made data, of which nothing is left
+            return campaign, fit.state
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Of a flight whose residuals are larger than all others', a hand's or a bad track's, the noise is larger, not the effects."""

@@ -58,7 +58,13 @@ class _Axis:
 
 
 def with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:
-    """The campaign with noise estimated from the fit's residuals; where it is stated, only the likeness of neighbouring rows."""
+    """The campaign with noise estimated from the fit's residuals; where it is stated, only the likeness of neighbouring rows.
+
+    Raises
+    ------
+    InputError
+        Where values whose noise is not stated never differ from a smooth curve.
+    """
     tasks: list[TrajectoryTask] = [task.with_noise(1.0) for task in campaign.sequences]
     for each in _less_an_effect(campaign, fit, list(_axes(campaign, fit))):
         noise = each.noise
