@@ -135,6 +135,24 @@ UNKNOWN = Density(np.zeros(0), np.zeros(0), 0.0)
 """The density of what nobody knows the density of."""
 
 
+@dataclass(frozen=True)
+class AtFit:
+    """The ``density`` of all residuals at a fit, their weighted ``squares``, and twice what ``priors`` of the instrument cost there.
+
+    ``drawn``: the gain (nats) of what is drawn anew in every frame, if the fit has that: a set has it where it has such an effect.
+    """
+
+    density: Density
+    squares: float
+    priors: float
+    drawn: float
+
+    def log_density(self, left: float) -> float:
+        """Where so much is ``left`` of squares and priors: a set makes the misfits of all sequences smaller by one factor."""
+        share = max(1.0 + (left - self.squares - self.priors) / self.squares, 0.0)
+        return self.density.log(share) - 0.5 * self.priors - self.drawn
+
+
 def density(equations: Sequence[Weighed], misfits: Array, freedom: Array) -> Density:
     """The density with the rows' random shifts in time integrated, over that of numbers of variance one.
 

@@ -24,28 +24,10 @@ from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores,
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
-from estimator.likelihood.rows import Density
+from estimator.likelihood.rows import AtFit
 from estimator.likelihood.time_shifts import JitterTest, jitter_test
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class AtFit:
-    """The ``density`` of all residuals at a fit, their weighted ``squares``, and twice what ``priors`` of the instrument cost there.
-
-    ``drawn``: the gain (nats) of what is drawn anew in every frame, if the fit has that: a set has it where it has such an effect.
-    """
-
-    density: Density
-    squares: float
-    priors: float
-    drawn: float
-
-    def log_density(self, left: float) -> float:
-        """Where so much is ``left`` of squares and priors: a set makes the misfits of all sequences smaller by one factor."""
-        share = max(1.0 + (left - self.squares - self.priors) / self.squares, 0.0)
-        return self.density.log(share) - 0.5 * self.priors - self.drawn
 
 
 @dataclass(frozen=True)
@@ -87,7 +69,7 @@ class Linearised:
     pull: Array
     misfit: float
     count: float | None
-    residuals: "AtFit"
+    residuals: AtFit
     candidates: Candidates
     starts: Mapping[tuple[int, int | None], int]
     jitter: JitterTest

@@ -90,19 +90,21 @@ def with_noise(at: At, catalogue: Catalogue) -> At:
 def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
     """The path from ``at`` to the most probable set; every entry is more probable than the one before, about either fit.
 
-    What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again: about surfaces that
-    follow that very set, since those of another one miss outlines by what an unknown would be told for.
+    What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again: about surfaces and
+    noise of that very set, since those of another one miss by what an unknown would be told for.
     """
-    path, followed = _climbed(at, catalogue, told, unknown=False), {at.keys}
+    path, followed = _climbed(at, catalogue, told, unknown=False), [at.keys]
     while path[-1].keys not in followed:
-        followed.add(path[-1].keys)
+        followed.append(path[-1].keys)
         path = (*path[:-1], *_climbed(_relinearised(path[-1], catalogue), catalogue, told, unknown=False))
+    if path[-1].keys != followed[-1]:  # it went back
+        path = (*path[:-1], _relinearised(path[-1], catalogue))
     last = looked_at(path[-1].campaign, path[-1].fit, catalogue, unknown=True)
     return (*path[:-1], *_climbed(last, catalogue, told, unknown=True))
 
 
 def _relinearised(at: At, catalogue: Catalogue) -> At:
-    """Where a search stands, about surfaces that follow its model; as it is where there are none, or flights run away."""
+    """Where a search stands, about surfaces and noise that follow its model; as it is where those do not, or flights run away."""
     campaign, fit = relinearised(at.campaign, at.fit)
     try:
         return at if campaign is at.campaign else looked_at(campaign, fit, catalogue)

@@ -11,10 +11,13 @@ from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.effects.link import EffectModel
+from estimator.likelihood.rows import NOISE_FREEDOM, AtFit, Density
 from estimator.likelihood.time_shifts import JitterTest
 
 Array = NDArray[np.float64]
 BOTH = (-1.0, 1.0)
+SURE = 1e-9
+"""Misfit of a noise that is known: of so many degrees of freedom that what is left of squares hardly changes it."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,12 @@ def columns_of(number: int, made: Made) -> list[Column]:
     return [Column(number, 0, i % q, owner) for i, owner in enumerate(owners)]
 
 
+def normal(squares: float) -> AtFit:
+    """Minus half of what is left of ``squares``: the density where the noise is known."""
+    freedom = NOISE_FREEDOM * (squares / SURE - 1.0)
+    return AtFit(Density(np.array([SURE]), np.array([freedom]), 0.0), squares, 0.0, 0.0)
+
+
 def linearised_of(made: Sequence[Made], y: Array, *, noise_known: bool = True, tried: Mapping[int, int] | None = None) -> Linearised:
     """The quadratic of measurements ``y`` (n,); where the noise is not known, its variance is a part of the answer."""
     X = np.concatenate([each.columns for each in made], axis=1)
@@ -60,7 +69,7 @@ def linearised_of(made: Sequence[Made], y: Array, *, noise_known: bool = True, t
         pull=X.T @ y,
         misfit=float(y @ y),
         count=None if noise_known else float(len(y)),
-        density=0.0,
+        residuals=normal(float(y @ y)),
         candidates=Candidates(effects, starts),
         starts={},
         jitter=JitterTest(0.0, 0.0, 1.0, 0.0),
