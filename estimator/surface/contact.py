@@ -25,8 +25,8 @@ DRAWN_PX, COARSEST = 900, 4
 """Size of the drawing, and how much finer than the pixels it is at least."""
 BUCKET = 16
 """Pixels of the drawing along a bucket in which the nearest of its points is looked for; any number finds the same."""
-LEAST_PX = 1e-9
-"""What rounding leaves of a length that is none."""
+LEAST = 1e-9
+"""More than rounding leaves of a length (px) or an angle that is none, and less than any other: of hulls' faces, 1e-13 and 1e-7."""
 
 
 @dataclass(frozen=True)
@@ -134,21 +134,24 @@ def _across(point, normal, focal_px, starts):  # type: ignore[no-untyped-def]
 def _rims(vertices, mesh, eyes):  # type: ignore[no-untyped-def]
     """Edges between a face turned towards each viewpoint of ``eyes`` (k, 3) m and one turned away, and where those of each begin (k + 1,).
 
-    ``mesh``: its faces, edges, and the faces beside those.
+    ``mesh``: its faces, edges, and the faces beside those. One seen edge-on counts as turned away: a hull has hundreds of them, in the
+    cones that carved it, and rounding would say which way they are turned.
     """
     faces, ends, beside = mesh
-    normals, level = np.empty((3, len(faces))), np.empty(len(faces))
+    normals, level, size = np.empty((3, len(faces))), np.empty(len(faces)), np.empty(len(faces))
     for f in range(len(faces)):
         a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
             normals[i, f] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j])
         level[f] = normals[0, f] * a[0] + normals[1, f] * a[1] + normals[2, f] * a[2]
+        size[f] = LEAST * np.sqrt(normals[0, f] ** 2 + normals[1, f] ** 2 + normals[2, f] ** 2)
     seen, found, count, starts = np.empty(len(faces), np.bool_), np.empty(len(ends), np.int64), 0, np.zeros(len(eyes) + 1, np.int64)
     for number in range(len(eyes)):
         x, y, z = eyes[number, 0], eyes[number, 1], eyes[number, 2]
+        far = np.sqrt(x**2 + y**2 + z**2)
         for f in range(len(faces)):
-            seen[f] = normals[0, f] * x + normals[1, f] * y + normals[2, f] * z > level[f]
+            seen[f] = normals[0, f] * x + normals[1, f] * y + normals[2, f] * z > level[f] + size[f] * far
         if len(found) < count + len(ends):
             found = np.concatenate((found, np.empty(count + len(ends), np.int64)))
         for e in range(len(ends)):
@@ -223,7 +226,7 @@ def _outward(drawn, finer, at):  # type: ignore[no-untyped-def]
     for k in range(len(at)):
         after, before = drawn[(at[k] + finer) % n], drawn[(at[k] - finer) % n]
         x, y = (after[0] - before[0]) * np.sign(twice), (after[1] - before[1]) * np.sign(twice)
-        length = max(np.hypot(x, y), LEAST_PX)
+        length = max(np.hypot(x, y), LEAST)
         normal[k, 0], normal[k, 1] = y / length, -x / length
     return normal
 
@@ -239,11 +242,11 @@ def _meet(samples, shown, rim, met):  # type: ignore[no-untyped-def]
         first, second = pixels[edges[k], 0], pixels[edges[k], 1]
         x, y = second[0] - first[0], second[1] - first[1]
         from_x, from_y = samples[k, 0] - first[0], samples[k, 1] - first[1]
-        share[k] = min(max((from_x * x + from_y * y) / max(x * x + y * y, LEAST_PX**2), 0.0), 1.0)
+        share[k] = min(max((from_x * x + from_y * y) / max(x * x + y * y, LEAST**2), 0.0), 1.0)
         u, v = from_x - share[k] * x, from_y - share[k] * y
         size = np.hypot(u, v)
-        if 0.0 < share[k] < 1.0 or size <= LEAST_PX:
-            length = max(np.hypot(x, y), LEAST_PX)
+        if 0.0 < share[k] < 1.0 or size <= LEAST:
+            length = max(np.hypot(x, y), LEAST)
             sign = -1.0 if y * outward[k, 0] - x * outward[k, 1] < 0.0 else 1.0
             normal[k, 0], normal[k, 1] = sign * y / length, -sign * x / length
         else:  # at a corner

@@ -11,6 +11,7 @@ from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
 from estimator.geometry.visual_hull import bounding_ball
 from estimator.motion.rotation import rotation_from_vector
+from estimator.surface.contact import Picture, contacts_of
 from estimator.surface.star_surface import _left_at, sphere, star_surface
 
 DISTORTION = (0.1, -0.2, 1e-3, 2e-3, 0.0)
@@ -55,3 +56,17 @@ def test_a_direction_that_hardly_leaves_a_cone_ends_with_the_ball() -> None:
     _, radius = bounding_ball(outlines, views)
     assert np.isfinite(reach).all()
     np.testing.assert_allclose(reach.max(), 2.0 * radius)
+
+
+def test_rounding_changes_no_edge_that_samples_of_a_hull_meet() -> None:
+    """Many of its faces lie in the cones that carved it: they are seen edge-on, and rounding must not say which way they are turned."""
+    views = tuple(view([0.9 * k, 0.5 * k, 0.3]) for k in range(4))
+    outlines = tuple(Outline(blob(0.4 * k).points_px[::8]) for k in range(4))
+    particle: Any = SimpleNamespace(outlines=outlines, calibrated=views, body=SimpleNamespace(com_particle=CENTRE))
+    hull = star_surface(particle, subdivisions=5)
+    pictures = [Picture(v.intrinsics, v.R_cam_particle, v.t_cam_particle, o.points_px) for v, o in zip(views, outlines, strict=True)]
+    rounding = 1e-14 * np.random.default_rng(3).standard_normal(hull.vertices.shape)
+    met, again = contacts_of(hull, pictures), contacts_of(hull.moved(rounding), pictures)
+    np.testing.assert_array_equal(again.first, met.first)
+    np.testing.assert_array_equal(again.second, met.second)
+    np.testing.assert_allclose(again.gap_px, met.gap_px, atol=1e-6)
