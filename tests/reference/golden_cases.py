@@ -1,9 +1,9 @@
 """The cases of the golden corpus: small observations from fixed seeds through each of the instrument's doors.
 
-One free flight in outlines and one in rendered pictures, drops on to a plate, two particles that collide, a campaign of silhouettes and
-campaigns of trajectories (poses, positions, a gyroscope), each with an effect hidden in it, tosses with an impact, and contact models
-judged by the drops. All is made by the project's own ``synth``. The settings are as small as a result allows: this is no measure of
-accuracy, only of change.
+One free flight in outlines, by tangents and by samples, and one in rendered pictures, drops on to a plate, two particles that collide, a
+campaign of silhouettes and campaigns of trajectories (poses, positions, a gyroscope), each with an effect hidden in it, tosses with an
+impact, and contact models judged by the drops. All is made by the project's own ``synth``. The settings are as small as a result allows:
+this is no measure of accuracy, only of change.
 """
 
 import tempfile
@@ -107,6 +107,12 @@ def _flight() -> Record:
     return of_estimate(measure(build_silhouette_sequence(FLIGHT, 0)[0], QUICK))
 
 
+def _samples() -> Record:
+    found = measure(build_silhouette_sequence(FLIGHT, 0)[0], replace(QUICK, surface_fit=1))
+    assert found.surface is not None, found.message
+    return of_estimate(found)
+
+
 def _pictures() -> Record:
     with tempfile.TemporaryDirectory() as folder:
         name = render_sequence(PICTURES, 0, Path(folder))
@@ -191,6 +197,7 @@ def _toss(truth: Truth, rng: np.random.Generator) -> Trajectory:
 
 CASES: Mapping[str, Callable[[], Record]] = {
     "flight": _flight,
+    "samples": _samples,
     "pictures": _pictures,
     "plate": _plate,
     "contact": _contact,
