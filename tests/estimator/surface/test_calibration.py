@@ -23,7 +23,7 @@ GRAVITY = np.array([1.2, 0.0, 0.0])
 def settled() -> Iterator[None]:
     """Steps are small where fits end, beside what is asked of them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(joint_module, "SETTLED", 0.05)
+        patch.setattr(joint_module, "SETTLED", 0.1)
         yield
 
 
