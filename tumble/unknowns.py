@@ -208,7 +208,7 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
         f"The simplest law for it is {law_words(law.terms)}: {law_formula(law.terms)} with {values}. It brings the {rms} to "
         f"{law.removed.after.rms_px:.4f} {unit} ({law.removed.share:.0%} of the excess)."
     )
-    said += [_exponent_words(e) for e in _exponents(law)]
+    said += _exponents(law)
     others = [law_words([t.term for t in each.terms]) for each in law.law.alternatives[:MOST_OTHERS]]
     if others:
         said.append(f"These data do not rule out: {'; '.join(others)}.")
@@ -219,16 +219,17 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
 
 def _nearest_law(law: LawFit, rms: str, unit: str) -> str:
     """That the best law leaves more than curves of no law do."""
-    exponents = " ".join(_exponent_words(e) for e in _exponents(law))
-    return (
+    said = (
         f"No law that was tried describes it: the nearest, {law_words(law.terms)}, brings the {rms} to "
-        f"{law.removed.after.rms_px:.4f} {unit} only ({law.removed.share:.0%} of the excess). {exponents}"
-    ).rstrip()
+        f"{law.removed.after.rms_px:.4f} {unit} only ({law.removed.share:.0%} of the excess)."
+    )
+    return " ".join([said, *_exponents(law)])
 
 
-def _exponents(law: LawFit) -> list[Exponent]:
-    """Those of the terms that stay."""
-    return [e for e in law.law.exponents if e.term in [t.key for t in law.terms]]
+def _exponents(law: LawFit) -> list[str]:
+    """What is known of those of the terms that stay."""
+    terms = {term.key: term for term in law.terms}
+    return [_exponent_words(e, terms[e.term]) for e in law.law.exponents if e.term in terms]
 
 
 def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -> Iterator[str]:
@@ -241,9 +242,9 @@ def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -
 MOST_OTHERS = 3
 
 
-def _exponent_words(e: Exponent) -> str:
+def _exponent_words(e: Exponent, term: Term) -> str:
     name = e.parameter.replace("_", " ")
-    always = "" if e.taken else ", the same however fast: dry friction does that"
+    always = ", the same however fast: dry friction does that" if term.positive and not e.taken else ""
     return f"The {name} is {e.best:.1f} (95%: {e.interval[0]:.1f} to {e.interval[1]:.1f}); the law takes {e.taken:.3g}{always}."
 
 

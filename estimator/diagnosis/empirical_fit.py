@@ -126,6 +126,7 @@ def _floor(campaign: Campaign, fit: CampaignFit) -> float:
 
 
 def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[HeldOut, float]) -> LawFit | None:
+    """The law that predicts better than nothing, looked for in the noise that curves leave: about ``fit`` a strong one counts as noise."""
     shown = [term for term in TERMS if campaign.kind.why_not(campaign, CURVES[term.link]) is None]
     quiet, wide = weighed_again(campaign, wide)
     law = find_law(pooled_scores(quiet, wide), terms=shown)

@@ -15,8 +15,10 @@ from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.diagnose import Unknown, diagnose
 from estimator.diagnosis.empirical_fit import EmpiricalFit
+from estimator.diagnosis.law import Exponent
 from estimator.diagnosis.selection.names import Part, UnderName
 from estimator.effects.choosing import catalogue
+from estimator.effects.empirical.law_terms import TERMS
 from estimator.effects.plug_ins import load_plug_in
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import CampaignFit
@@ -31,7 +33,7 @@ from tumble.diagnosis_documents import Entry
 from tumble.limiting import names_sentence
 from tumble.reports.campaign_page import render
 from tumble.reports.verdict import Verdict
-from tumble.unknowns import NO_LAW, _sentences, law_command, unknown_entry, with_unknown
+from tumble.unknowns import NO_LAW, _exponent_words, _sentences, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")
 LEFT = "The campaign is explained with gravity. Something is left that no effect of the catalogue explains."
@@ -115,7 +117,7 @@ def test_a_law_that_predicts_worse_than_curves_is_told_without_values() -> None:
     _, rest, _ = left()
     before = SimpleNamespace(rms_px=1.06)
     law = SimpleNamespace(
-        terms=[SimpleNamespace(words="an attraction along one axis")],
+        terms=[SimpleNamespace(key="towards_plane", words="an attraction along one axis")],
         removed=SimpleNamespace(before=before, after=_held_out(1.04, 1.10, 0.99), share=0.06),
         law=SimpleNamespace(exponents=()),
     )
@@ -224,3 +226,12 @@ def test_what_is_on_trial_beside_two_names_of_one_number_is_not_listed_as_not_on
     listed = not_applicable(registered.campaign, catalogue(), ("uniform_acceleration", "frame_rate"))
     assert not {"linear_drag", "gravity", "length_scale"} & set(listed)
     assert {"rolling_shutter", "gyroscope_bias"} <= set(listed)
+
+
+@pytest.mark.parametrize(("key", "friction"), [("against_spin", True), ("against_velocity", True), ("towards_point", False)])
+def test_an_exponent_of_zero_is_dry_friction_where_the_law_is_against_a_motion(key: str, friction: bool) -> None:
+    """A pull that does not fall with distance is none."""
+    (term,) = (each for each in TERMS if each.key == key)
+    said = _exponent_words(Exponent(key, term.power or "", 0.02, (0.0, 0.1), 0.0), term)
+    assert ("dry friction" in said) is friction
+    assert "the law takes 0" in said

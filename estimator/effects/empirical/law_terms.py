@@ -8,6 +8,7 @@ an amplitude means the same whatever the exponent.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -102,14 +103,9 @@ def _no_places(positions: Array) -> Array:
     return np.zeros((1, 0))
 
 
-def _powers(positions: Array) -> Array:
+def _powers(usual: tuple[float, ...], positions: Array) -> Array:
     del positions
-    return np.array([[power] for power in USUAL_DRAG])
-
-
-def _powers_of_spin(positions: Array) -> Array:
-    del positions
-    return np.array([[power] for power in USUAL_SPIN])
+    return np.array([[power] for power in usual])
 
 
 GAPS_M = (0.005, 0.02, 0.06, 0.2)
@@ -184,7 +180,7 @@ TERMS: tuple[Term, ...] = (
         ),
         1,
         against_velocity,
-        _powers,
+        partial(_powers, USUAL_DRAG),
         "velocity_power",
         (0.0, 4.0),
         USUAL_DRAG,
@@ -273,7 +269,7 @@ TERMS: tuple[Term, ...] = (
         ),
         1,
         against_spin,
-        _powers_of_spin,
+        partial(_powers, USUAL_SPIN),
         "spin_power",
         (0.0, 4.0),
         USUAL_SPIN,
