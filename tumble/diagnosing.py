@@ -55,7 +55,7 @@ from tumble.reports.verdict import Verdict, far_off, likely_more, percent, verdi
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.tracked_bodies import axes_words
-from tumble.unknowns import law_command, rows_outside_words, unknown_entry, with_unknown
+from tumble.unknowns import law_command, rows_outside_words, spoiled_words, unknown_entry, with_unknown
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -373,7 +373,8 @@ def _useless(key: str, question: Question) -> str:
 def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
     """A verdict as a part of a document, with what was cut beside it."""
     touching = contact_words(campaign.touching, len(campaign.observations))
-    return verdict_entry(replace(verdict, remarks=(*touching, *verdict.remarks)), then)
+    spoiled = spoiled_words(campaign.registered.campaign.sequences)
+    return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)
 
 
 def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -> Document:

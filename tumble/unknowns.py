@@ -1,6 +1,6 @@
 """What is left that no effect of the catalogue explains: fitted, as a part of ``diagnosis.json``, and in words."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from estimator.effects.parameter_values import Z95
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.wald import wald_p
 from estimator.measurements.trajectories.impacts import rows_outside
+from estimator.measurements.trajectories.task import TrajectoryTask
 from estimator.reports.misfit_words import p_words
 from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
@@ -278,6 +279,25 @@ def rows_outside_words(observations: Mapping[str, Observation | Trajectory], tou
         f"A contact does that, too: in {len(outside)} of {len(observations)} sequences some rows fall otherwise than in one free "
         f"flight: {told}{more}. If something is touched there, cut the trajectories before it.",
     )
+
+
+def spoiled_words(sequences: Iterable[object]) -> tuple[str, ...]:
+    """Which rows of trajectories are set aside, since they are far off those before and after them."""
+    tasks = [each for each in sequences if isinstance(each, TrajectoryTask)]
+    with_some = [each for each in tasks if each.spoiled]
+    if not with_some:
+        return ()
+    count, rows = sum(len(each.spoiled) for each in with_some), sum(len(each.times_s) for each in tasks)
+    told = "; ".join(f"{each.name} at {_times(each)}" for each in with_some[:MOST_OTHERS])
+    more = " and others" if len(with_some) > MOST_OTHERS else ""
+    where = f"in {len(with_some)} of {len(tasks)} sequences: {told}{more}"
+    return (f"Not used, as far off the rows before and after them: {count} of {rows} rows, {where}.",)
+
+
+def _times(task: TrajectoryTask) -> str:
+    """When the rows are that are set aside."""
+    times = [f"{task.times_s[row]:.6g}" for row in sorted(task.spoiled)]
+    return f"{', '.join(times[:MOST_OTHERS])}{', ...' if len(times) > MOST_OTHERS else ''} s"
 
 
 def law_command(out: Path) -> str:

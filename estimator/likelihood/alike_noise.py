@@ -79,10 +79,10 @@ def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = No
 
     ``times`` (n,) s of each; left out: rows are evenly spaced. ``None`` where polynomials leave nothing of them.
     """
-    parts, at = _parts(residuals), _spans(residuals, times)
-    kept = _near(parts, at)
+    pieces, at = parts(residuals), _spans(residuals, times)
+    kept = _near(pieces, at)
     rows = [_Rows.of(each, u) for each, u in zip(kept, at, strict=True)]
-    left = [_projector(each) @ r for r, each in zip(parts, rows, strict=True)]
+    left = [_projector(each) @ r for r, each in zip(pieces, rows, strict=True)]
     expected = np.sum([_expected(each) for each in rows], axis=0)
     if expected[0, 0] < LEAST_TOLD:
         return None
@@ -104,13 +104,13 @@ def less_explained(residuals: Sequence[Array], times: Sequence[Array], columns: 
 
     ``times`` (n,) s. Amplitudes are those of all sequences. Columns that are polynomials explain nothing. Rows far off are not asked.
     """
-    parts, at = _parts(residuals), _spans(residuals, times)
-    P = [_projector(_Rows.of(each, u)) for each, u in zip(_near(parts, at), at, strict=True)]
-    X = np.concatenate([p @ c for p, c in zip(P, _parts(columns), strict=True)])
+    pieces, at = parts(residuals), _spans(residuals, times)
+    P = [_projector(_Rows.of(each, u)) for each, u in zip(_near(pieces, at), at, strict=True)]
+    X = np.concatenate([p @ c for p, c in zip(P, parts(columns), strict=True)])
     whole = np.sqrt(np.sum([np.sum(c**2, axis=0) for c in columns], axis=0))
     size = np.linalg.norm(X, axis=0)
     told = size > SEEN * np.maximum(whole, 1e-300)
-    y = np.concatenate([p @ r for p, r in zip(P, parts, strict=True)])
+    y = np.concatenate([p @ r for p, r in zip(P, pieces, strict=True)])
     amplitudes = np.zeros(len(size))
     amplitudes[told] = np.linalg.lstsq(X[:, told] / size[told], y, rcond=SEEN)[0] / size[told]
     return [r - c @ amplitudes for r, c in zip(residuals, columns, strict=True)], amplitudes
@@ -121,9 +121,9 @@ def surprise(residuals: Sequence[Array], times: Sequence[Array], noise: ChannelN
 
     ``times`` (n,) s.
     """
-    parts, at = _parts(residuals), _spans(residuals, times)
-    squares, half_log_det, near = 0.0, 0.0, _near(parts, at)
-    for r, u, each in zip(parts, at, near, strict=True):
+    pieces, at = parts(residuals), _spans(residuals, times)
+    squares, half_log_det, near = 0.0, 0.0, _near(pieces, at)
+    for r, u, each in zip(pieces, at, near, strict=True):
         whitener, design, half = _whitened(_Rows.of(each, u), noise.first, noise.fading)
         white = whitener @ r[each]
         squares += float(np.sum((white - design @ (design.T @ white)) ** 2))
@@ -151,17 +151,17 @@ class _Rows:
     @property
     def polynomials(self) -> Array:
         """Values of the polynomials (n, d) in every row."""
-        return _polynomials(np.frombuffer(self.at))
+        return polynomials(np.frombuffer(self.at))
 
 
-def _parts(rows: Sequence[Array]) -> list[Array]:
-    """Sequences in pieces that are not too long."""
+def parts(rows: Sequence[Array]) -> list[Array]:
+    """Sequences ``rows`` (n, ...) in pieces that are not too long."""
     return [part for r in rows for part in np.array_split(r, max(-(-len(r) // LONGEST), 1))]
 
 
 def _spans(residuals: Sequence[Array], times: Sequence[Array] | None) -> list[Array]:
     """When the rows of each piece were, from -1 to 1; rounded, so that evenly spaced ones of one length share what is made of them."""
-    every = _parts([np.arange(len(r), dtype=np.float64) for r in residuals] if times is None else times)
+    every = parts([np.arange(len(r), dtype=np.float64) for r in residuals] if times is None else times)
     return [np.round(2.0 * (t - t[0]) / max(float(t[-1] - t[0]), 1e-300) - 1.0, FINE) if len(t) else t for t in every]
 
 
@@ -176,12 +176,12 @@ def _whitened(rows: _Rows, first: float, fading: float) -> tuple[Array, Array, f
     return np.asarray(whitener), np.asarray(design), float(np.sum(np.log(np.diag(L))))
 
 
-def _near(parts: Sequence[Array], at: Sequence[Array]) -> list[Kept]:
+def _near(pieces: Sequence[Array], at: Sequence[Array]) -> list[Kept]:
     """Rows of every sequence that are not far off the polynomial through the others."""
-    kept = [np.ones(len(r), dtype=np.bool_) for r in parts]
+    kept = [np.ones(len(r), dtype=np.bool_) for r in pieces]
     for _ in range(ROUNDS):
         rows = [_Rows.of(each, u) for each, u in zip(kept, at, strict=True)]
-        off = [r - _smooth(r, each) for r, each in zip(parts, rows, strict=True)]
+        off = [r - _smooth(r, each) for r, each in zip(pieces, rows, strict=True)]
         spread = [np.sqrt(np.maximum(np.diag(_projector(each)), 0.0)) for each in rows]
         told = [each & (s > SEEN) for each, s in zip(kept, spread, strict=True)]
         sizes = [np.abs(r[t]) / s[t] for r, s, t in zip(off, spread, told, strict=True)]
@@ -206,8 +206,8 @@ def _degree(n: int) -> int:
     return min(DEGREE, max(n // ROWS_PER_DEGREE, 1) + 1)
 
 
-def _polynomials(at: Array) -> Array:
-    """Values of the polynomials (n, d) at times from -1 to 1."""
+def polynomials(at: Array) -> Array:
+    """Values of the polynomials (n, d) at times ``at`` (n,) from -1 to 1."""
     return np.asarray(legendre.legvander(at, _degree(len(at))))
 
 

@@ -19,6 +19,8 @@ from scipy.spatial.transform import Rotation
 from scripts.real.real_tosses import RATE_HZ, free_flights, write_flights
 
 Array = NDArray[np.float64]
+SEED = 7
+"""Of the rows that are off."""
 Flight = tuple[Array, Array]
 """Positions (n, 3) m and quaternions (n, 4), scalar last, of rows at ``RATE_HZ``."""
 
@@ -55,6 +57,20 @@ def tilted_world(flight: Flight) -> Flight:
     return turn.apply(flight[0]), (turn * Rotation.from_quat(flight[1])).as_quat()
 
 
+def outliers(share: float, off_m: float, rows: int = 1, *, turned_deg: float = 0.0) -> Callable[[Flight], Flight]:
+    """With a ``share`` of the rows off by ``off_m`` in a direction drawn for each, and turned about one; ``rows`` of them in a run."""
+    rng = np.random.default_rng(SEED)
+
+    def put_in(flight: Flight) -> Flight:
+        x, q = flight
+        bad = np.convolve(rng.uniform(size=len(x)) < share / rows, np.ones(rows))[: len(x)] > 0.0
+        directions = rng.normal(size=(2, len(x), 3))
+        off, about = directions / np.linalg.norm(directions, axis=2, keepdims=True) * bad[:, None]
+        return x + off_m * off, (Rotation.from_rotvec(np.radians(turned_deg) * about) * Rotation.from_quat(q)).as_quat()
+
+    return put_in
+
+
 def as_it_is(flight: Flight) -> Flight:
     """Nothing put in."""
     return flight
@@ -70,8 +86,17 @@ PUT_IN: dict[str, Callable[[Flight], Flight]] = {
     "quadratic_drag": forced(lambda v: -0.25 * np.linalg.norm(v, axis=1, keepdims=True) * v),
     "wind": forced(lambda v: -0.2 * (v - np.array([2.0, 0.0, 0.0]))),
     "acceleration": forced(lambda v: np.tile([0.4, 0.0, 0.0], (len(v), 1))),
+    "outliers_1_20mm": outliers(0.01, 0.020),
+    "outliers_3_5mm": outliers(0.03, 0.005),
+    "outliers_3_20mm": outliers(0.03, 0.020),
+    "outliers_8_20mm": outliers(0.08, 0.020),
+    "outliers_3_100mm": outliers(0.03, 0.100),
+    "outliers_8_100mm_runs": outliers(0.08, 0.100, rows=3),
+    "outliers_3_turned": outliers(0.03, 0.0, turned_deg=20.0),
+    "outliers_3_flipped": outliers(0.03, 0.0, turned_deg=180.0),
+    "outliers_8_turned_runs": outliers(0.08, 0.020, rows=2, turned_deg=20.0),
 }
-"""0.3 1/s; 0.25 1/m; 0.2 1/s in a wind of 2 m/s along x; 0.4 m/s² along x."""
+"""0.3 1/s; 0.25 1/m; 0.2 1/s in a wind of 2 m/s along x; 0.4 m/s² along x; shares of rows that are off."""
 TOLD_RATE_HZ = {"frame_rate": RATE_HZ / 1.02}
 """Times 2 % longer."""
 

@@ -106,16 +106,18 @@ def rows_before_contact(times_s: Array, x: Array, gravity: Array, sigma: float) 
     contact is a jump of the velocity of what falls: the rows after it have left the parabola that those before go on with, and their
     velocities differ from its, all of them, by more than noise, than a force that sets in (``SETS_IN_MS2``), and than the force that acts
     already, reversed, could make. A gap in the clock moves rows along the path, and leaves velocities alone; so that no single bad row
-    makes one, each row before it is left out in turn.
+    makes one, each row before it is left out in turn. Nor does one hide it: those that are far off the others count in no parabola, and
+    the last one before may be bad. What comes back to the parabola touched nothing.
     What is held, and let go, lies still before rather than falls. Seen are contacts after a flight of ``LEAST_ROWS`` rows and
     ``MOST_CONTACT`` more, with two rows after them, whose jump is above noise within three rows.
     """
     fallen = x - 0.5 * gravity * (times_s - times_s[:1])[:, None] ** 2
     for row in range(LEAST_ROWS + MOST_CONTACT, len(x) - 1):
         before, after = np.arange(max(0, row - BEFORE), row), np.arange(row, min(row + MOST_CONTACT, len(x)))
-        kept = [before, *(np.delete(before, i) for i in range(len(before)))]
-        if all(_jumps(times_s, fallen, rows, after, TAILS * sigma) for rows in kept):
-            share = share_of_gravity(times_s[:row], x[:row], gravity)
+        left = any(_left_by_all(times_s, fallen, rows, after, TAILS * sigma) for rows in (before, before[:-1]))
+        if left and not _comes_back(times_s, fallen, before, TAILS * sigma):
+            flown = _not_bad(times_s, fallen, np.arange(row), TAILS * sigma)
+            share = share_of_gravity(times_s[flown], x[flown], gravity)
             falls = share is None or abs(1.0 - share) < abs(share)
             return _free(times_s, fallen, row, TAILS * sigma) if falls else len(x)
     return len(x)
@@ -161,6 +163,39 @@ class _Path:
     def _compared(self, rows: Array, measured: Array, own: Array) -> tuple[Array, Array]:
         off = np.linalg.norm(measured - rows @ self.terms, axis=1)
         return off, self.noise * np.sqrt(own + np.einsum("ij,jk,ik->i", rows, self.inverse, rows))
+
+
+def _left_by_all(times_s: Array, fallen: Array, before: NDArray[np.intp], after: NDArray[np.intp], noise: float) -> bool:
+    """Whether rows ``after`` jump off the parabola through those ``before`` them that are not bad, whichever one of them is left out."""
+    before = _not_bad(times_s, fallen, before, noise)
+    kept = [before, *(np.delete(before, i) for i in range(len(before)))]
+    return all(_jumps(times_s, fallen, rows, after, noise) for rows in kept)
+
+
+def _comes_back(times_s: Array, fallen: Array, before: NDArray[np.intp], noise: float) -> bool:
+    """Whether two rows that follow one another, of the next few, are on the parabola through those ``before`` them that are not bad."""
+    rows = _not_bad(times_s, fallen, before, noise)
+    next_few = slice(before[-1] + 2, before[-1] + 2 + 2 * MOST_CONTACT)
+    off, sure = _Path.through(times_s[rows], fallen[rows], noise).beyond(times_s[next_few], fallen[next_few])
+    on = off <= SIGNIFICANT * sure
+    return bool(np.any(on[1:] & on[:-1]))
+
+
+def _not_bad(times_s: Array, fallen: Array, rows: NDArray[np.intp], noise: float) -> NDArray[np.intp]:
+    """Rows less those far off the parabola through all others [Cook and Weisberg 1982], the furthest one first; not if that is the last."""
+    while len(rows) > LEAST_ROWS:
+        powers = polyvander((times_s[rows] - times_s[rows[-1]]) / np.ptp(times_s[rows]), 2)
+        Q = np.linalg.qr(powers)[0]
+        left, freedom = fallen[rows] - Q @ (Q.T @ fallen[rows]), fallen.shape[1] * (len(rows) - 1 - powers.shape[1])
+        others = np.maximum(1.0 - np.sum(Q**2, axis=1), np.finfo(np.float64).eps)
+        square = np.sum(left**2, axis=1) / others
+        variance = np.maximum(noise**2, np.maximum(np.sum(left**2) - square, 0.0) / freedom)
+        far = square / variance
+        worst = int(np.argmax(far))
+        if far[worst] <= SIGNIFICANT**2 or worst == len(rows) - 1:
+            break
+        rows = np.delete(rows, worst)
+    return rows
 
 
 def _jumps(times_s: Array, fallen: Array, before: NDArray[np.intp], after: NDArray[np.intp], noise: float) -> bool:

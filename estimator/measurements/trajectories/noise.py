@@ -20,6 +20,7 @@ from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, sequence_equations
 from estimator.likelihood.alike_noise import ChannelNoise, channel_noise, less_explained, surprise
+from estimator.likelihood.spoiled_rows import Path, kept_rows
 from estimator.measurements.trajectories.task import TrajectoryTask
 
 Array = NDArray[np.float64]
@@ -33,7 +34,7 @@ WORTH = 2.0 * float(np.log(FACTOR * len(MODELS)))
 
 @dataclass(frozen=True)
 class _Axis:
-    """One axis of a channel: ``columns`` of the sequences that have it, by number, and their ``residuals`` at ``times`` (s).
+    """One axis of a channel: ``columns`` of the sequences that have it, by number, and their ``residuals`` in ``rows`` at ``times`` (s).
 
     ``known``: whether its noise is stated.
     """
@@ -43,18 +44,38 @@ class _Axis:
     known: bool
     columns: Mapping[int, int]
     residuals: list[Array]
+    rows: list[Array]
     times: list[Array]
 
     @cached_property
     def noise(self) -> ChannelNoise | None:
         """Of the residuals, beside polynomials in the number of a row: stamps may be rounded, rows of a tracker are evenly spaced."""
-        return channel_noise(self.residuals, stated=self.known)
+        return channel_noise(self.residuals, self.rows, stated=self.known)
 
     @property
     def surprise(self) -> float:
         """Minus twice the log likelihood of the residuals beside polynomials in time, which effects of the clock are, too."""
         noise = channel_noise(self.residuals, self.times, stated=self.known)
         return 0.0 if noise is None else surprise(self.residuals, self.times, noise)
+
+
+def without_spoiled(campaign: Campaign, fit: CampaignFit) -> Campaign:
+    """The campaign without rows that are far more probably spoiled than noise: of a channel whose noise is stated, than noise so large."""
+    tasks: list[TrajectoryTask] = list(campaign.sequences)
+    for channel, known in product(TOLD, (False, True)):
+        those = [i for i, task in enumerate(tasks) if (channel in task.stated) is known and task.seen(channel).any()]
+        paths = [_path(fit, tasks[i], (i, channel), stated=known) for i in those]
+        for i, kept in zip(those, kept_rows(paths, FACTOR, 1.0 if known else ROUNDING), strict=True):
+            tasks[i] = tasks[i].without(channel, ~kept)
+    return replace(campaign, sequences=tuple(tasks))
+
+
+def _path(fit: CampaignFit, task: TrajectoryTask, at: tuple[int, str], *, stated: bool) -> list[Path]:
+    """Residuals of a channel, in standard deviations or, not stated, in their own unit."""
+    number, channel = at
+    columns, seen = task.columns(channel), task.seen(channel)
+    e = fit.equations[number].errors.e[:, columns]
+    return Path.of(e if stated else e * np.where(seen, task.sigma[:, columns], 0.0), seen, task.times_s)
 
 
 def with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:
@@ -84,8 +105,9 @@ def _axes(campaign: Campaign, fit: CampaignFit) -> Iterator[_Axis]:
         if rows:
             columns = {i: tasks[i].columns(channel).start + axis for i in rows}
             residuals = [_residuals(fit, tasks[i], (i, k), stated=known) for i, k in columns.items()]
-            times = [tasks[i].times_s[np.isfinite(tasks[i].sigma[:, k])] for i, k in columns.items()]
-            yield _Axis(channel, axis, known, columns, residuals, times)
+            seen = [np.flatnonzero(np.isfinite(tasks[i].sigma[:, k])) for i, k in columns.items()]
+            times = [tasks[i].times_s[each] for i, each in zip(columns, seen, strict=True)]
+            yield _Axis(channel, axis, known, columns, residuals, [each.astype(np.float64) for each in seen], times)
 
 
 def _less_an_effect(campaign: Campaign, fit: CampaignFit, axes: list[_Axis]) -> list[_Axis]:

@@ -14,7 +14,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignState
 from estimator.fitting.campaigns.facts import Fact, length_fact
 from estimator.fitting.campaigns.registered import Registered
 from estimator.measurements.trajectories.kind import Trajectories
-from estimator.measurements.trajectories.noise import with_noise
+from estimator.measurements.trajectories.noise import with_noise, without_spoiled
 from estimator.measurements.trajectories.starting import first_flight
 from estimator.measurements.trajectories.task import TrajectoryTask, read_once
 from estimator.motion.rigid_body import rotation_matrices
@@ -48,10 +48,9 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
     campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=kind)
     campaign = replace(campaign, facts=_stated_lengths(trajectories))
     state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
-    if tasks:
-        for _ in range(ROUNDS):
-            fit = base_fit(campaign, state)
-            campaign, state = with_noise(campaign, fit), CampaignState(fit.state.flights, state.theta)
+    for improved in (without_spoiled, *(with_noise,) * ROUNDS) if tasks else ():
+        fit = base_fit(campaign, state)
+        campaign, state = improved(campaign, fit), CampaignState(fit.state.flights, state.theta)
     return Registered(campaign, state, (), ())
 
 

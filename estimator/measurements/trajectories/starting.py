@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.body import Body
 from estimator.measurements.trajectories.task import TrajectoryTask
@@ -27,7 +28,7 @@ def first_flight(task: TrajectoryTask, body: Body) -> Flight:
             fallen = task.x_world[seen, axis] - 0.5 * gravity[axis] * after[seen] ** 2
             (x[axis], v[axis]), *_ = np.linalg.lstsq(np.column_stack([np.ones(seen.sum()), after[seen]]), fallen, rcond=None)
     # Without a measured attitude the world's axes are those of the tracked frame.
-    R = body.R_particle_body if task.R_world_body is None else task.R_world_body[middle]
+    R = body.R_particle_body if task.R_world_body is None else _turning(task.R_world_body, task, middle)[0]
     return Flight(
         time_s=float(times[middle]),
         x=x,
@@ -57,15 +58,34 @@ def _spin(task: TrajectoryTask, middle: int, R_world_tracked: Array, body: Body)
     if task.gyro is not None and task.seen("gyro")[middle].any():
         return np.asarray(R_world_tracked @ (np.where(task.seen("gyro")[middle], task.gyro[middle], 0.0) + _never_read(task, body)))
     if task.R_world_body is not None:
-        rows = np.flatnonzero(task.seen("theta").all(axis=1))
-        here = int(np.searchsorted(rows, middle))
-        rows = rows[max(0, here - MOST_ROWS // 2) : here + MOST_ROWS // 2 + 1]
-        turns = rotation_vector(task.R_world_body[rows[1:]] @ np.swapaxes(task.R_world_body[rows[:-1]], 1, 2))
-        return np.asarray(np.median(turns / np.diff(task.times_s[rows])[:, None], axis=0))
+        return _turning(task.R_world_body, task, middle)[1]
     if task.omega_world is None:
         return np.zeros(3)
     seen = task.seen("omega")
     return np.asarray(np.where(seen, task.omega_world, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1))
+
+
+def _about(task: TrajectoryTask, middle: int) -> NDArray[np.int64]:
+    """Rows with an orientation about the middle one."""
+    rows = np.flatnonzero(task.seen("theta").all(axis=1))
+    here = int(np.searchsorted(rows, middle))
+    return rows[max(0, here - MOST_ROWS // 2) : here + MOST_ROWS // 2 + 1]
+
+
+def _turning(R: Array, task: TrajectoryTask, middle: int) -> tuple[Array, Array]:
+    """Attitude (3, 3), world from body, of the middle row and spin (3,) rad/s, world frame, with which most rows about it agree.
+
+    Attitudes ``R`` (n, 3, 3), world from body, may be flipped ones: each row's is tried, with each turn to the next one and the usual turn.
+    """
+    rows = _about(task, middle)
+    times = task.times_s[rows]
+    turns = rotation_vector(R[rows[1:]] @ np.swapaxes(R[rows[:-1]], 1, 2)) / np.diff(times)[:, None]
+    spins = np.vstack([np.median(turns, axis=0), turns])
+    back = Rotation.from_rotvec(((task.times_s[middle] - times)[:, None] * spins[:, None]).reshape(-1, 3)).as_matrix()
+    there = back.reshape(len(spins), len(rows), 3, 3) @ R[rows]
+    apart = np.median(np.linalg.norm(there[:, :, None] - there[:, None], axis=(3, 4)), axis=2)
+    spin, row = np.unravel_index(np.argmin(apart), apart.shape)
+    return there[spin, row], spins[spin]
 
 
 def _never_read(task: TrajectoryTask, body: Body) -> Array:

@@ -37,7 +37,8 @@ class TrajectoryTask:
     ``x_world`` (n, 3) m of the centre of mass of the nominal body; ``R_world_body`` (n, 3, 3), ``omega_world`` (n, 3) rad/s and ``gyro``
     (n, 3) rad/s, tracked frame, or ``None``; ``sigma`` (n, c) standard deviations of the c residuals of each row in the order positions,
     rotations, spins, gyroscope, infinite where nothing was measured; ``repeats`` (c,) over how many rows the noise of each is alike;
-    ``kept`` (n,) rows in use; ``stated``: channels whose noise is.
+    ``kept`` (n,) rows in use; ``stated``: channels whose noise is; ``spoiled``: rows of
+    which something is set aside.
     """
 
     name: str
@@ -51,10 +52,17 @@ class TrajectoryTask:
     gyro: Array | None = None
     noise: float = 1.0
     stated: frozenset[str] = frozenset()
+    spoiled: frozenset[int] = frozenset()
 
     def with_noise(self, noise: float) -> "TrajectoryTask":
         """The same with standard deviations ``noise`` times those that were stated or estimated."""
         return replace(self, sigma=self.sigma * (noise / self.noise), noise=noise)
+
+    def without(self, channel: str, rows: NDArray[np.bool_]) -> "TrajectoryTask":
+        """The same with a channel not measured in some ``rows`` (n,)."""
+        sigma = self.sigma.copy()
+        sigma[rows, self.columns(channel)] = np.inf
+        return replace(self, sigma=sigma, spoiled=self.spoiled | set(np.flatnonzero(rows).tolist()))
 
     @property
     def times_s(self) -> Array:
