@@ -9,6 +9,8 @@ from estimator.effects.choosing import excluded
 from tumble.reports.verdict import Verdict
 
 MOST_NAMED = 2
+FAR = 100.0
+"""A difference of log likelihoods whose size says nothing more: linear models are not good for that far."""
 
 
 def separation_sentence(separation: Separation) -> str:
@@ -38,7 +40,9 @@ def advised(verdict: Verdict, separations: Sequence[Separation], command: str) -
 
 
 def _number(expected: Expected) -> str:
-    return f"{max(expected.difference, 0.0):.1f}" if abs(expected.difference) < 10.0 else f"{expected.difference:.0f}"
+    if expected.difference >= FAR:
+        return f"over {FAR:.0f}"
+    return f"{max(expected.difference, 0.0):.1f}" if expected.difference < 10.0 else f"{expected.difference:.0f}"
 
 
 def _would(prospect: Prospect) -> str:
