@@ -1,4 +1,4 @@
-"""What an effect's force depends on, found out by trying: the attitude of the body, its spin, whether its moments differ."""
+"""What an effect's force depends on, found out by trying: the attitude of the body, its spin, whether its moments differ, the air."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,13 +17,28 @@ Array = NDArray[np.float64]
 @lru_cache(maxsize=256)
 def of_force(effect: EffectModel) -> frozenset[str]:
     """Which of "orientation" and "spin" the acceleration of an effect depends on."""
-    return _changed_by(effect, "acceleration")
+    return _changed_by(effect, "acceleration") - {"air"}
 
 
 @lru_cache(maxsize=256)
 def needs_attitude(effect: EffectModel) -> bool:
     """Whether the acceleration or the torque of an effect depends on the attitude."""
     return any("orientation" in _changed_by(effect, link) for link in ("acceleration", "torque"))
+
+
+@lru_cache(maxsize=256)
+def feels_air(effect: EffectModel) -> bool:
+    """Whether the acceleration or the torque of an effect depends on how the air moves."""
+    return any("air" in _changed_by(effect, link) for link in ("acceleration", "torque"))
+
+
+@lru_cache(maxsize=256)
+def moves_air_alone(effect: EffectModel) -> bool:
+    """Whether all that an effect does is to move the air: nothing, without another that feels it."""
+    setting, moment = _somewhere()
+    theta = effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]])
+    pushed = effect.acceleration(theta, moment, setting), effect.torque(theta, moment, setting)
+    return effect.air(theta) is not None and pushed == (None, None)
 
 
 @lru_cache(maxsize=256)
@@ -53,6 +68,7 @@ def _changed_by(effect: EffectModel, link: str) -> frozenset[str]:
     changes: dict[str, Callable[[], Moment]] = {
         "orientation": lambda: replace(moment, R=turned),
         "spin": lambda: replace(moment, omega=2.0 * moment.omega[:, ::-1], L=3.0 * moment.L[:, ::-1]),
+        "air": lambda: replace(moment, air=moment.v[:, ::-1]),
     }
     before = getattr(effect, link)(theta, moment, setting)
     after = {name: getattr(effect, link)(theta, change(), setting) for name, change in changes.items()}

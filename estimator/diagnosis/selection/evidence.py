@@ -25,6 +25,7 @@ from scipy.special import log_ndtr
 
 from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
+from estimator.effects.dependence import feels_air, moves_air_alone
 from estimator.likelihood.reduced import Own, Posterior, Quadratic, posterior
 from estimator.likelihood.rows import NOISE_FREEDOM
 from estimator.likelihood.tails import Noise, Student, with_tails
@@ -160,9 +161,19 @@ class Evidence:
         """Columns of an effect that are in use: of a searched place those of sequences in which it was worth the search."""
         return self._rows[effect]
 
+    def sized(self, members: Sequence[int]) -> list[int]:
+        """Those of a set that have columns in use: the wind's are where something in the set feels it."""
+        still = not any(feels_air(self.of.effects[e]) for e in members)
+        return [e for e in members if len(self._rows[e]) and not (still and moves_air_alone(self.of.effects[e]))]
+
     def scales_of(self, effect: int) -> Array:
         """The scales of an effect's prior, over its limits."""
         return self._scales[effect]
+
+    def believed(self, effect: int, amplitudes: Array) -> bool:
+        """Whether ``amplitudes`` (q,) of an effect's columns, in the units of their parameters, are believed at all."""
+        low, high, _ = self._bounds[:, self._rows[effect]]
+        return bool(np.all((low <= amplitudes) & (amplitudes <= high)))
 
     def limits(self, effect: int) -> dict[int, float]:
         """What the scales of an effect's prior are multiplied by, by parameter."""
@@ -183,7 +194,7 @@ class Evidence:
     def fitted(self, members: Sequence[int]) -> Fitted:
         """A set with the posterior of its amplitudes, at the most probable scales."""
         scaled = self.scaled(members)
-        sized = [e for e in scaled.members if len(self._rows[e])]
+        sized = self.sized(scaled.members)
         at = self._at(sized, scaled.scales)
         noise = self._noise(at.shared.misfit)
         own = self._scattered(sized)
@@ -200,7 +211,7 @@ class Evidence:
     def precisions(self, members: Sequence[int]) -> Array:
         """Information (q,) that the priors of a set give, by the rows of :meth:`fitted`."""
         scaled = self.scaled(members)
-        sized = [e for e in scaled.members if len(self._rows[e])]
+        sized = self.sized(scaled.members)
         scale = dict(zip(sized, scaled.scales, strict=True))
         own = self._scattered(sized)
         order = [e for e in sized if e != own] + ([] if own is None else [own])
@@ -208,7 +219,7 @@ class Evidence:
 
     def _scaled(self, members: tuple[int, ...]) -> Scaled:
         """Climb to the most probable scales; of each effect's scales the best and its neighbours are summed, the others hardly count."""
-        sized = [e for e in members if len(self._rows[e])]
+        sized = self.sized(members)
         at = [self._hint.get(e, len(self.scales_of(e)) // 2) for e in sized]
         seen: dict[tuple[int, ...], float] = {}
 
