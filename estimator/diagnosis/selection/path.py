@@ -28,8 +28,6 @@ ASTRAY = 3
 """Sets in a row whose fit is less probable than where the search stands, after which it ends there."""
 MOST_STEPS = 12
 """Sets that one search may move to: twice as many as it may have members. By judgement."""
-MOST_REFITS = 3 * MOST_STEPS
-"""Sets that are refitted in one search, those that are names of what it found among them. By judgement."""
 IMPOSSIBLE = 1e3
 """Nats by which a set counts as overrated whose flights run away (notebook 49)."""
 Told = Callable[[str], None]
@@ -80,8 +78,7 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
     of = with_facts(linearised(campaign, fit, {**catalogue, **wide}), campaign)
     noise = frozenset(i for i, effect in enumerate(of.effects[: of.own]) if effect.noise)
     trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide), noise=noise)
-    members = tuple(range(of.own))
-    return At(campaign, fit, trial, members)
+    return At(campaign, fit, trial, tuple(range(of.own)))
 
 
 def with_noise(at: At, catalogue: Catalogue) -> At:
@@ -118,7 +115,7 @@ def _relinearised(at: At, catalogue: Catalogue) -> At:
 def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:
     """The path as far as it goes, with the probabilities at its end that refits confirm."""
     path, tried, astray = [at], {frozenset(at.keys)}, 0
-    while len(path) <= MOST_STEPS and len(tried) <= MOST_REFITS:
+    while len(path) <= MOST_STEPS and len(tried) <= MOST_STEPS * ASTRAY:
         wanted, least = (_wanted(path, tried) if astray < ASTRAY else None), 0.0
         if wanted is None and unknown:
             wanted, least = _next_name(path[-1], tried), GAIN
@@ -167,22 +164,18 @@ def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At |
 
 def _wanted(path: list[At], tried: set[frozenset[str]]) -> Set | None:
     """The next set to be refitted where a path ends; pairs are looked at only where nothing else is more probable."""
-    if (wanted := _next(path[-1], tried)) is not None:
-        return wanted
-    try_pairs(path[-1].trial, path[-1].members)
-    path[-1] = judged_by(path[-1], path[-1].trial)
-    return _next(path[-1], tried)
+    if (wanted := _next(path[-1], tried)) is None:
+        try_pairs(path[-1].trial, path[-1].members)
+        path[-1] = judged_by(path[-1], path[-1].trial)
+    return wanted or _next(path[-1], tried)
 
 
 def _next_name(now: At, tried: set[frozenset[str]]) -> Set | None:
-    """The first set of the catalogue's effects that is a name of what was found, as probable as counts, and was not refitted.
-
-    About the found set it is but a promise: where what was found is strong, a lift or a gravity in its place may seem to do as well.
-    """
+    """The first set that was not refitted and is a name in the catalogue of what was found: looks from afar promise too much."""
     found, families = (e for e in now.members if e not in now.trial.noise), now.trial.families
     names = (name for e in found for name in group_of(now.trial, now.members, e)[1:] if name.log_odds >= -np.log(FACTOR))
-    tests = (n.members for n in names if not families & set(n.effects))
-    return next((members for members in tests if frozenset(now.named(members)) not in tried), None)
+    known = (name.members for name in names if not families & set(name.effects))
+    return next((members for members in known if frozenset(now.named(members)) not in tried), None)
 
 
 def _next(now: At, tried: set[frozenset[str]]) -> Set | None:

@@ -18,8 +18,7 @@ G, HELD, DRAG, NOISE, ALIKE = 9.81, 7.6, 2.7, 0.0017, 0.6
 """m/s2, m/s2, 1/s, m, and correlation of the noise of neighbouring rows."""
 ROWS, BEFORE, STEP_S = 27, 50, 0.0247
 TOO_WEAK = {"unmeasured_lift", "gravity", "frame_rate", "length_scale", "position_distortion"}
-"""What cannot hold a fall back by three quarters of gravity: the lift of a vertical flight is sideways, the others would have to be wrong by
-more than anybody gets them."""
+"""What cannot hold a fall back by three quarters of gravity: the lift of a vertical flight is sideways, the others are not that wrong."""
 
 
 @cache
