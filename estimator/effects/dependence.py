@@ -35,8 +35,7 @@ def feels_air(effect: EffectModel) -> bool:
 @lru_cache(maxsize=256)
 def moves_air_alone(effect: EffectModel) -> bool:
     """Whether all that an effect does is to move the air: nothing, without another that feels it."""
-    setting, moment = _somewhere()
-    theta = effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]])
+    theta, moment, setting = _tried(effect)
     pushed = effect.acceleration(theta, moment, setting), effect.torque(theta, moment, setting)
     return effect.air(theta) is not None and pushed == (None, None)
 
@@ -53,17 +52,14 @@ def of_body(effect: EffectModel) -> frozenset[str]:
 @lru_cache(maxsize=256)
 def needs_unequal_moments(effect: EffectModel) -> bool:
     """Whether the torque of an effect vanishes where angular momentum and spin have one direction, whatever the spin."""
-    setting, moment = _somewhere()
-    theta = np.repeat(effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]]), len(moment.x), axis=0)
+    theta, moment, setting = _tried(effect)
     uneven, even = (effect.torque(theta, each, setting) for each in (moment, replace(moment, L=moment.omega)))
     return uneven is not None and even is not None and bool(np.allclose(even, 0.0) and not np.allclose(uneven, 0.0))
 
 
 def _changed_by(effect: EffectModel, link: str) -> frozenset[str]:
     """Which parts of a moment a link depends on."""
-    setting, moment = _somewhere()
-    theta = effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]])
-    theta = np.repeat(theta, len(moment.x), axis=0)
+    theta, moment, setting = _tried(effect)
     turned = np.swapaxes(moment.R, 1, 2)
     changes: dict[str, Callable[[], Moment]] = {
         "orientation": lambda: replace(moment, R=turned),
@@ -73,6 +69,13 @@ def _changed_by(effect: EffectModel, link: str) -> frozenset[str]:
     before = getattr(effect, link)(theta, moment, setting)
     after = {name: getattr(effect, link)(theta, change(), setting) for name, change in changes.items()}
     return frozenset(name for name, value in after.items() if value is not None and before is not None and not np.allclose(value, before))
+
+
+def _tried(effect: EffectModel) -> tuple[Array, Moment, Setting]:
+    """Parameters (3, q) of an effect that are not zero, the same for three flights at one instant."""
+    setting, moment = _somewhere()
+    theta = effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]])
+    return np.repeat(theta, len(moment.x), axis=0), moment, setting
 
 
 def _something(parameter: Parameter) -> float:
