@@ -17,7 +17,7 @@ from datasets.vocabulary.effects import Stage, begins, in_words
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
-from estimator.diagnosis.explain import Explanation, explain
+from estimator.diagnosis.explain import ESTABLISHED, Explanation, Step, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.selection.names import possible_beside, possible_names, widened
@@ -443,15 +443,22 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
     return tuple(told)
 
 
+def _with_rivals(step: Step) -> str:
+    """An effect that is established, with those of its other names in the catalogue that are not improbable."""
+    known = [name for name in step.names[1:] if not name.unknown and name.probability > 1.0 - ESTABLISHED]
+    rivals = " or ".join(" with ".join(in_words(part.key) for part in name.parts) for name in known)
+    return in_words(step.added) + (f" (or, which these data do not tell from it, {rivals})" if rivals else "")
+
+
 def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     """The verdict on what was found and on what is left."""
     found = explanation.found
     if not found:
         return last
-    sure = [step.added for step in explanation.steps if step.established]
+    sure = [_with_rivals(step) for step in explanation.steps if step.established]
     rest = [step for step in explanation.steps if not step.established]
     suspected = [f"{in_words(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
-    sentence = f"{EXPLAINED} {', '.join(map(in_words, sure)) or 'nothing that is established'}."
+    sentence = f"{EXPLAINED} {', '.join(sure) or 'nothing that is established'}."
     sentence += f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
     if explanation.left is not None and explanation.left.present:
         return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)

@@ -1,4 +1,4 @@
-"""What an effect's force depends on, found out by trying: the attitude of the body, its spin, whether its moments differ."""
+"""What an effect's force depends on, found out by trying: the attitude of the body, its spin, whether its moments differ, the air."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,13 +17,27 @@ Array = NDArray[np.float64]
 @lru_cache(maxsize=256)
 def of_force(effect: EffectModel) -> frozenset[str]:
     """Which of "orientation" and "spin" the acceleration of an effect depends on."""
-    return _changed_by(effect, "acceleration")
+    return _changed_by(effect, "acceleration") - {"air"}
 
 
 @lru_cache(maxsize=256)
 def needs_attitude(effect: EffectModel) -> bool:
     """Whether the acceleration or the torque of an effect depends on the attitude."""
     return any("orientation" in _changed_by(effect, link) for link in ("acceleration", "torque"))
+
+
+@lru_cache(maxsize=256)
+def feels_air(effect: EffectModel) -> bool:
+    """Whether the acceleration or the torque of an effect depends on how the air moves."""
+    return any("air" in _changed_by(effect, link) for link in ("acceleration", "torque"))
+
+
+@lru_cache(maxsize=256)
+def moves_air_alone(effect: EffectModel) -> bool:
+    """Whether all that an effect does is to move the air: nothing, without another that feels it."""
+    theta, moment, setting = _tried(effect)
+    pushed = effect.acceleration(theta, moment, setting), effect.torque(theta, moment, setting)
+    return effect.air(theta) is not None and pushed == (None, None)
 
 
 @lru_cache(maxsize=256)
@@ -38,25 +52,30 @@ def of_body(effect: EffectModel) -> frozenset[str]:
 @lru_cache(maxsize=256)
 def needs_unequal_moments(effect: EffectModel) -> bool:
     """Whether the torque of an effect vanishes where angular momentum and spin have one direction, whatever the spin."""
-    setting, moment = _somewhere()
-    theta = np.repeat(effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]]), len(moment.x), axis=0)
+    theta, moment, setting = _tried(effect)
     uneven, even = (effect.torque(theta, each, setting) for each in (moment, replace(moment, L=moment.omega)))
     return uneven is not None and even is not None and bool(np.allclose(even, 0.0) and not np.allclose(uneven, 0.0))
 
 
 def _changed_by(effect: EffectModel, link: str) -> frozenset[str]:
     """Which parts of a moment a link depends on."""
-    setting, moment = _somewhere()
-    theta = effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]])
-    theta = np.repeat(theta, len(moment.x), axis=0)
+    theta, moment, setting = _tried(effect)
     turned = np.swapaxes(moment.R, 1, 2)
     changes: dict[str, Callable[[], Moment]] = {
         "orientation": lambda: replace(moment, R=turned),
         "spin": lambda: replace(moment, omega=2.0 * moment.omega[:, ::-1], L=3.0 * moment.L[:, ::-1]),
+        "air": lambda: replace(moment, air=moment.v[:, ::-1]),
     }
     before = getattr(effect, link)(theta, moment, setting)
     after = {name: getattr(effect, link)(theta, change(), setting) for name, change in changes.items()}
     return frozenset(name for name, value in after.items() if value is not None and before is not None and not np.allclose(value, before))
+
+
+def _tried(effect: EffectModel) -> tuple[Array, Moment, Setting]:
+    """Parameters (3, q) of an effect that are not zero, the same for three flights at one instant."""
+    setting, moment = _somewhere()
+    theta = effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]])
+    return np.repeat(theta, len(moment.x), axis=0), moment, setting
 
 
 def _something(parameter: Parameter) -> float:

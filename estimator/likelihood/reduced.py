@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.linalg.lapack import dpotrs
+from scipy.special import log_ndtr
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -67,6 +68,27 @@ def posterior(of: Quadratic, sigma: Array) -> Posterior:
 def _solved(factor: Array, of: Array) -> Array:
     """``(L Lᵀ)⁻¹ of`` with L the ``factor``."""
     return np.asarray(dpotrs(factor, of, lower=1)[0]).reshape(of.shape) if len(of) else of
+
+
+def log_share_inside(bounds: Array, at: Posterior, noise: float) -> float:
+    """Logarithm of a posterior's share that lies where amplitudes can be, over the prior's share where they have one sign only.
+
+    ``bounds`` (3, q): the least and the largest, in the amplitudes' units, and whether they have one sign; ``noise``: its variance.
+    """
+    low, high, one_sided = bounds
+    bounded = np.isfinite(low) & np.isfinite(high)
+    if not bounded.any():
+        return 0.0
+    mean, sigma = at.mean[bounded], np.sqrt(noise * np.diag(at.covariance)[bounded])
+    share = _log_share((low[bounded] - mean) / sigma, (high[bounded] - mean) / sigma)
+    return float(np.sum(share + np.log(2.0) * one_sided[bounded]))
+
+
+def _log_share(low: Array, high: Array) -> Array:
+    """Logarithm of the standard normal distribution's share between two bounds (n,)."""
+    low, high = np.where(low > 0.0, -high, low), np.where(low > 0.0, -low, high)
+    above, below = log_ndtr(high), log_ndtr(low)
+    return np.asarray(above + np.log1p(-np.exp(np.minimum(below - above, -1e-12))))
 
 
 @dataclass(frozen=True)

@@ -171,8 +171,29 @@ def test_a_number_has_the_unknown_among_its_names_once() -> None:
 
 
 def explanation(*found: str, left: bool = False, sure: float = 0.99) -> Any:
-    steps = [SimpleNamespace(added=key, sure=sure, established=sure > 0.95) for key in found]
+    steps = [SimpleNamespace(added=key, sure=sure, established=sure > 0.95, names=()) for key in found]
     return SimpleNamespace(found=found, steps=steps, left=SimpleNamespace(present=left), diagnosis=SimpleNamespace(probability=0.8))
+
+
+def test_the_verdict_has_the_other_names_of_what_was_found() -> None:
+    """Those that are not improbable, and that have a name."""
+
+    def named(probability: float, *keys: str, unknown: bool = False) -> UnderName:
+        return UnderName(tuple(Part(key, (), np.zeros(0), np.zeros(0)) for key in keys), probability, unknown)
+
+    found = explanation("gravity")
+    found.steps[0].names = (
+        named(0.4, "gravity"),
+        named(0.3, "quadratic_drag"),
+        named(0.16, "linear_drag", "steady_wind"),
+        named(0.1, "force_field", unknown=True),
+        named(0.04, "frame_rate"),
+    )
+    last = Verdict("found", "The model misses something.", (), ("gravity",))
+    assert verdict_of_explanation(last, found).sentence == (
+        "The campaign is explained with gravity (or, which these data do not tell from it, quadratic drag or linear drag with steady "
+        "wind). Then nothing more is missing."
+    )
 
 
 def test_what_is_left_is_told_beside_what_was_found() -> None:

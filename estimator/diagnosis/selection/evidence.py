@@ -21,11 +21,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr
 
 from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
-from estimator.likelihood.reduced import Own, Posterior, Quadratic, posterior
+from estimator.effects.dependence import feels_air, moves_air_alone
+from estimator.likelihood.reduced import Own, Posterior, Quadratic, log_share_inside, posterior
 from estimator.likelihood.rows import NOISE_FREEDOM
 from estimator.likelihood.tails import Noise, Student, with_tails
 
@@ -160,9 +160,15 @@ class Evidence:
         """Columns of an effect that are in use: of a searched place those of sequences in which it was worth the search."""
         return self._rows[effect]
 
-    def scales_of(self, effect: int) -> Array:
-        """The scales of an effect's prior, over its limits."""
-        return self._scales[effect]
+    def sized(self, members: Sequence[int]) -> list[int]:
+        """Those of a set that have columns in use: the wind's are where something in the set feels it."""
+        still = not any(feels_air(self.of.effects[e]) for e in members)
+        return [e for e in members if len(self._rows[e]) and not (still and moves_air_alone(self.of.effects[e]))]
+
+    def believed(self, effect: int, amplitudes: Array) -> bool:
+        """Whether ``amplitudes`` (q,) of an effect's columns, in the units of their parameters, are believed at all."""
+        low, high, _ = self._bounds[:, self._rows[effect]]
+        return bool(np.all((low <= amplitudes) & (amplitudes <= high)))
 
     def limits(self, effect: int) -> dict[int, float]:
         """What the scales of an effect's prior are multiplied by, by parameter."""
@@ -183,9 +189,9 @@ class Evidence:
     def fitted(self, members: Sequence[int]) -> Fitted:
         """A set with the posterior of its amplitudes, at the most probable scales."""
         scaled = self.scaled(members)
-        sized = [e for e in scaled.members if len(self._rows[e])]
+        sized = self.sized(scaled.members)
         at = self._at(sized, scaled.scales)
-        noise = self._noise(at.shared.misfit)
+        noise = self._noise_model.at(at.shared.misfit)
         own = self._scattered(sized)
         rows, mean, variance = at.few, at.shared.mean, np.diag(at.shared.covariance)
         if own is not None:
@@ -194,13 +200,13 @@ class Evidence:
             variance = np.concatenate([variance, axes**2 @ at.spread])
         fit = self.of.misfit - 2.0 * float(self.of.pull[rows] @ mean) + float(mean @ self.of.information[np.ix_(rows, rows)] @ mean)
         log_likelihood = self._log_density(max(fit, 0.0)) + sum(self.of.gain(e) for e in scaled.members)
-        log_likelihood += _inside(self._bounds[:, at.few], at.shared, noise)
+        log_likelihood += log_share_inside(self._bounds[:, at.few], at.shared, noise)
         return Fitted(scaled, log_likelihood, rows, mean, np.sqrt(noise * variance), noise)
 
     def precisions(self, members: Sequence[int]) -> Array:
         """Information (q,) that the priors of a set give, by the rows of :meth:`fitted`."""
         scaled = self.scaled(members)
-        sized = [e for e in scaled.members if len(self._rows[e])]
+        sized = self.sized(scaled.members)
         scale = dict(zip(sized, scaled.scales, strict=True))
         own = self._scattered(sized)
         order = [e for e in sized if e != own] + ([] if own is None else [own])
@@ -208,14 +214,14 @@ class Evidence:
 
     def _scaled(self, members: tuple[int, ...]) -> Scaled:
         """Climb to the most probable scales; of each effect's scales the best and its neighbours are summed, the others hardly count."""
-        sized = [e for e in members if len(self._rows[e])]
-        at = [self._hint.get(e, len(self.scales_of(e)) // 2) for e in sized]
+        sized = self.sized(members)
+        at = [self._hint.get(e, len(self._scales[e]) // 2) for e in sized]
         seen: dict[tuple[int, ...], float] = {}
 
         def value(where: Sequence[int]) -> float:
             key = tuple(where)
             if key not in seen:
-                seen[key] = self._at(sized, [float(self.scales_of(e)[j]) for e, j in zip(sized, key, strict=True)]).value
+                seen[key] = self._at(sized, [float(self._scales[e][j]) for e, j in zip(sized, key, strict=True)]).value
             return seen[key]
 
         climbing = True
@@ -229,13 +235,13 @@ class Evidence:
         peak, width = value(at), 0.0
         for i, e in enumerate(sized):
             around = [peak, *(value([*at[:i], j, *at[i + 1 :]]) for j in self._beside(e, at[i]))]
-            width += float(np.logaddexp.reduce(around)) - peak - float(np.log(len(self.scales_of(e))))
+            width += float(np.logaddexp.reduce(around)) - peak - float(np.log(len(self._scales[e])))
         self._hint.update(zip(sized, at, strict=True))
         total = peak + width + sum(self.of.gain(e) - LOG_SCALES * self.of.effects[e].random for e in members)
-        return Scaled(members, float(total), tuple(float(self.scales_of(e)[j]) for e, j in zip(sized, at, strict=True)))
+        return Scaled(members, float(total), tuple(float(self._scales[e][j]) for e, j in zip(sized, at, strict=True)))
 
     def _beside(self, effect: int, place: int) -> list[int]:
-        return [j for j in (place - 1, place + 1) if 0 <= j < len(self.scales_of(effect))]
+        return [j for j in (place - 1, place + 1) if 0 <= j < len(self._scales[effect])]
 
     def _scattered(self, sized: Sequence[int]) -> int | None:
         """The effect whose values of every sequence are integrated out: one that is noise, or that of most columns."""
@@ -251,9 +257,9 @@ class Evidence:
             student = Student(scale[known.own], self.of.effects[known.own].freedom)
             found, tails = with_tails(known.out, student, sigma, self._noise_model)
             shared, values, spread = found.few, found.own, found.spread
-        noise = self._noise(shared.misfit)
+        noise = self._noise_model.at(shared.misfit)
         value = self._log_density(shared.misfit) - shared.half_log_det + tails
-        return _At(value + _inside(known.bounds, shared, noise) - known.searched, known.few, shared, values, spread)
+        return _At(value + log_share_inside(known.bounds, shared, noise) - known.searched, known.few, shared, values, spread)
 
     def _parts_of(self, sized: tuple[int, ...]) -> _Parts:
         """What of a set is the same at all scales."""
@@ -274,10 +280,6 @@ class Evidence:
             self._taken[key] = self._apart[effect].beside(few)
         return self._taken[key]
 
-    def _noise(self, misfit: float) -> float:
-        """Most probable variance of the noise over what its model says."""
-        return self._noise_model.at(misfit)
-
     def _log_density(self, misfit: float) -> float:
         """Logarithm of the density of a sum of squares: Student's, of every sequence or of all together."""
         if self.of.count is None:
@@ -288,21 +290,3 @@ class Evidence:
         """Logarithm of how many starts were tried where the best was taken, of every sequence that has its own."""
         among = {e: len({c.sequence for c in self.of.columns if c.effect == e}) for e in sized if self.of.tried(e) > 1}
         return sum(max(len(self._own[e] or ()), 1) * float(np.log(self.of.tried(e) * n)) for e, n in among.items())
-
-
-def _inside(bounds: Array, at: Posterior, noise: float) -> float:
-    """Logarithm of the posterior's share that lies where amplitudes can be, over the prior's share where they have one sign only."""
-    low, high, one_sided = bounds
-    bounded = np.isfinite(low) & np.isfinite(high)
-    if not bounded.any():
-        return 0.0
-    mean, sigma = at.mean[bounded], np.sqrt(noise * np.diag(at.covariance)[bounded])
-    share = _log_share((low[bounded] - mean) / sigma, (high[bounded] - mean) / sigma)
-    return float(np.sum(share + np.log(2.0) * one_sided[bounded]))
-
-
-def _log_share(low: Array, high: Array) -> Array:
-    """Logarithm of the standard normal distribution's share between two bounds (n,)."""
-    low, high = np.where(low > 0.0, -high, low), np.where(low > 0.0, -low, high)
-    above, below = log_ndtr(high), log_ndtr(low)
-    return np.asarray(above + np.log1p(-np.exp(np.minimum(below - above, -1e-12))))

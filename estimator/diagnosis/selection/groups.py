@@ -62,7 +62,7 @@ def sureness(trial: Trial, members: Set, effect: int) -> float:
 
 
 def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
-    """Single effects that make up for it in likelihood, whatever their prior ranges say."""
+    """Single effects that make up for it in likelihood, whatever their prior ranges say, by amplitudes that are believed at all."""
     kept = tuple(e for e in members if e != effect)
     for other in range(len(trial.evidence.of.effects)):
         exchanged = tuple(sorted((*kept, other)))
@@ -70,10 +70,10 @@ def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
             continue
         odds = _odds(trial, exchanged, members)
         wide = other in trial.families or trial.evidence.of.effects[other].entry.scope.own
-        if wide or not len(trial.evidence.rows(other)) or not np.isfinite(odds):
+        if wide or other not in trial.evidence.sized(exchanged) or not np.isfinite(odds):
             continue
-        lost, regained = exchange(trial, members, effect, other)
-        if lost <= np.log(FACTOR) <= regained:
+        lost, regained, amplitude = exchange(trial, members, effect, other)
+        if lost <= np.log(FACTOR) <= regained and trial.evidence.believed(other, amplitude):
             yield Name((other,), exchanged, odds)
 
 
@@ -102,10 +102,10 @@ def _in_place(trial: Trial, other: Set, effect: int) -> bool:
     return trial.log_posterior(tuple(sorted((*other, effect)))) <= trial.log_posterior(other)
 
 
-def exchange(trial: Trial, members: Set, effect: int, other: int) -> tuple[float, float]:
+def exchange(trial: Trial, members: Set, effect: int, other: int) -> tuple[float, float, Array]:
     """Log likelihood (nats) that is lost where ``other`` stands for the fitted ``effect`` of a set, and what more is lost without either.
 
-    Both are free, all else is re-adjusted.
+    Both are free, all else is re-adjusted. Last the amplitudes (q,) that ``other`` has there.
     """
     of, fitted = trial.evidence.of, trial.evidence.fitted(members)
     first, second = trial.evidence.rows(effect), trial.evidence.rows(other)
@@ -115,7 +115,8 @@ def exchange(trial: Trial, members: Set, effect: int, other: int) -> tuple[float
     cross = of.information[np.ix_(beside, here)]
     G = of.information[np.ix_(here, here)] - cross.T @ stable_inverse(of.information[np.ix_(beside, beside)] + np.diag(prior)) @ cross
     k = len(first)
-    made_up = G[:k, k:] @ stable_inverse(G[k:, k:], 1e-10) @ G[k:, :k]
+    stands_for = stable_inverse(G[k:, k:], 1e-10) @ G[k:, :k]
+    made_up = G[:k, k:] @ stands_for
     theta = fitted.mean[~kept]
     lost, regained = (float(0.5 * theta @ each @ theta / fitted.noise) for each in (G[:k, :k] - made_up, made_up))
-    return lost, regained
+    return lost, regained, np.asarray(stands_for @ theta)

@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
+from scipy.special import expit, logsumexp
 
 from datasets.vocabulary.effects import Parameter
 from estimator.diagnosis.selection.groups import FACTOR, Name
-from estimator.diagnosis.selection.path import At
+from estimator.diagnosis.selection.path import At, moved
 from estimator.diagnosis.selection.search import Set
 from estimator.fitting.campaigns.considered import LeftOut, Possible, Uncertain
 
@@ -64,10 +64,18 @@ def key_of(at: At, name: Name) -> str:
 
 
 def under_names(at: At, group: Sequence[Name], told: At) -> tuple[UnderName, ...]:
-    """What a group is under each of its names, in the model that is ``told`` with the name in the first one's place."""
+    """What a group is under each of its names: in the model that is ``told``, and in fits with another name in the first one's place."""
     log_odds = np.array([name.log_odds for name in group])
-    weight = np.exp(log_odds - log_odds.max())
-    return tuple(_under(told, _as_told(at, name, told), float(share)) for name, share in zip(group, weight / weight.sum(), strict=True))
+    shares = np.exp(log_odds - logsumexp(log_odds)).tolist()
+    return tuple(_fitted_under(told, _as_told(at, name, told), share) for name, share in zip(group, shares, strict=True))
+
+
+def _fitted_under(told: At, name: Name, probability: float) -> UnderName:
+    """An effect under a name about its own fit; about what is told where that has the name, or flights run away."""
+    fit = None if name.members == told.members else moved(told, name.members, {}, unknown=True)
+    if fit is None:
+        return _under(told, name, probability)
+    return _under(fit, replace(name, effects=tuple(map(name.members.index, name.effects)), members=fit.members), probability)
 
 
 def _as_told(at: At, name: Name, told: At) -> Name:

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from estimator.diagnosis.selection.evidence import Evidence
+from estimator.diagnosis.selection.groups import FACTOR, group_of
 from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, posterior_of, searched, try_pairs
@@ -26,7 +27,7 @@ GAIN = 0.5
 ASTRAY = 3
 """Sets in a row whose fit is less probable than where the search stands, after which it ends there."""
 MOST_STEPS = 12
-"""Sets that are refitted in one search: twice as many as it may have members. By judgement."""
+"""Sets that one search may move to: twice as many as it may have members. By judgement."""
 IMPOSSIBLE = 1e3
 """Nats by which a set counts as overrated whose flights run away (notebook 49)."""
 Told = Callable[[str], None]
@@ -77,8 +78,7 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
     of = with_facts(linearised(campaign, fit, {**catalogue, **wide}), campaign)
     noise = frozenset(i for i, effect in enumerate(of.effects[: of.own]) if effect.noise)
     trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide), noise=noise)
-    members = tuple(range(of.own))
-    return At(campaign, fit, trial, members)
+    return At(campaign, fit, trial, tuple(range(of.own)))
 
 
 def with_noise(at: At, catalogue: Catalogue) -> At:
@@ -115,20 +115,18 @@ def _relinearised(at: At, catalogue: Catalogue) -> At:
 def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:
     """The path as far as it goes, with the probabilities at its end that refits confirm."""
     path, tried, astray = [at], {frozenset(at.keys)}, 0
-    while len(path) <= MOST_STEPS and astray < ASTRAY:
-        wanted = _next(path[-1], tried)
-        if wanted is None:
-            try_pairs(path[-1].trial, path[-1].members)
-            path[-1] = judged_by(path[-1], path[-1].trial)
-            wanted = _next(path[-1], tried)
+    while len(path) <= MOST_STEPS and len(tried) <= MOST_STEPS * ASTRAY:
+        wanted, least = (_wanted(path, tried) if astray < ASTRAY else None), 0.0
+        if wanted is None and unknown:
+            wanted, least = _next_name(path[-1], tried), GAIN
         if wanted is None:
             break
         now = path[-1]
         tried.add(frozenset(now.named(wanted)))
         new = moved(now, wanted, catalogue, unknown=unknown)
         gained = -np.inf if new is None else min(new.value - new.value_of(now.keys), new.value - now.value)
-        if new is None or gained <= 0.0:
-            astray += 1
+        if new is None or gained <= least:
+            astray += least == 0.0
             path[-1] = judged_by(now, replace(now.trial, overrated=(*now.trial.overrated, overrated(now, wanted, gained))))
             continue
         told(f"{', '.join(new.keys) or 'nothing'}: log evidence {gained:+.1f}")
@@ -153,7 +151,7 @@ def overrated(now: At, wanted: Set, gained: float) -> Overrated:
     """The step to a set that was refitted and ``gained`` (nats) less than nothing."""
     promised = now.trial.linear(wanted) - now.value
     new, old = frozenset(wanted), frozenset(now.members)
-    return Overrated(new - old, old - new, old & new, min(promised - min(gained, 0.0), IMPOSSIBLE))
+    return Overrated(new - old, old - new, old & new, float(np.clip(promised - min(gained, 0.0), 0.0, IMPOSSIBLE)))
 
 
 def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At | None:
@@ -162,6 +160,22 @@ def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At |
         return looked_at(*refitted(now.campaign, now.fit, now.trial.evidence, members), catalogue, unknown=unknown)
     except UNFLYABLE:
         return None
+
+
+def _wanted(path: list[At], tried: set[frozenset[str]]) -> Set | None:
+    """The next set to be refitted where a path ends; pairs are looked at only where nothing else is more probable."""
+    if (wanted := _next(path[-1], tried)) is None:
+        try_pairs(path[-1].trial, path[-1].members)
+        path[-1] = judged_by(path[-1], path[-1].trial)
+    return wanted or _next(path[-1], tried)
+
+
+def _next_name(now: At, tried: set[frozenset[str]]) -> Set | None:
+    """The first set that was not refitted and is a name in the catalogue of what was found: looks from afar promise too much."""
+    found, families = (e for e in now.members if e not in now.trial.noise), now.trial.families
+    names = (name for e in found for name in group_of(now.trial, now.members, e)[1:] if name.log_odds >= -np.log(FACTOR))
+    known = (name.members for name in names if not families & set(name.effects))
+    return next((members for members in known if frozenset(now.named(members)) not in tried), None)
 
 
 def _next(now: At, tried: set[frozenset[str]]) -> Set | None:

@@ -42,7 +42,7 @@ def refitted(
 
 
 def _model(campaign: Campaign, evidence: Evidence, members: Set) -> Model:
-    scales = dict(zip((e for e in members if len(evidence.rows(e))), evidence.scaled(members).scales, strict=True))
+    scales = dict(zip(evidence.sized(members), evidence.scaled(members).scales, strict=True))
     effects = [_held(evidence, e, scales.get(e)) for e in members]
     return Model((*campaign.kind.base.effects, *effects))
 

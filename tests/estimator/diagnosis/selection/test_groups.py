@@ -54,6 +54,13 @@ def test_an_alias_of_a_wider_range_is_named_though_it_is_less_probable() -> None
     assert other.log_odds < first.log_odds == 0.0
 
 
+@pytest.mark.parametrize("limits", [(-1.0, 0.0), (-0.2, 0.2)])
+def test_an_alias_that_would_need_what_is_not_believed_is_not_named(limits: tuple[float, float]) -> None:
+    """Neither by its sign, nor by its size."""
+    made = trial(alone(X[:, 0]), Made(X[:, :1], (limits,)), y=0.6 * X[:, 0] + NOISE)
+    assert effects_of(group_of(made, (0,), 0)) == [0]
+
+
 def test_within_a_factor_of_twenty_is_alike_and_beyond_is_not() -> None:
     """Columns turned out of one another until the data tell them apart by more than the factor."""
     names = []
