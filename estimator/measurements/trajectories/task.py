@@ -70,6 +70,11 @@ class TrajectoryTask:
         return self.setting.times_s
 
     @property
+    def even_s(self) -> Array:
+        """Times (n,) of the rows, were all frames taken at even ones."""
+        return self.times_s if self.setting.scatter_s is None else self.times_s + self.setting.scatter_s
+
+    @property
     def channels(self) -> tuple[str, ...]:
         """What has three columns of residuals each, in their order; positions always have, though none may be measured."""
         present = (("x", True), ("theta", self.R_world_body), ("omega", self.omega_world), ("gyro", self.gyro))
