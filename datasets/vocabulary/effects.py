@@ -153,6 +153,15 @@ _ENTRIES = (
         searched=("sigma",),
     ),
     EffectEntry(
+        "stamp_scatter",
+        Stage.CLOCK,
+        Scope.CAMPAIGN,
+        (Parameter("share", "1", (0.0, 1.0), 1e-3, "of the stamps' scatter about even times: what is their own error"),),
+        "true time = stamp + share (even - stamp), even = t_0 + T k the even times nearest to a sequence's stamps, k whole numbers: frames "
+        "were taken at even intervals, and stamps were rounded or read late",
+        "Olson, A passive solution to the sensor synchronization problem, IROS (2010) 1059",
+    ),
+    EffectEntry(
         "clock_offset",
         Stage.CLOCK,
         Scope.CAMERA,
@@ -437,6 +446,7 @@ EFFECTS: dict[str, EffectEntry] = {entry.key: entry for entry in _ENTRIES}
 """The catalogue by key, in no order of importance."""
 
 TRACKED_ONLY = (
+    "stamp_scatter",
     "products_of_inertia",
     "saturating_lift",
     "steady_wind",

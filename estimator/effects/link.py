@@ -35,7 +35,8 @@ class Setting:
     that comes nearer is seen less sharply; 0 where outlines are given as such. Of trajectories: ``middle_world`` (3,) m of all positions of
     the campaign and ``reach_m``, the root mean square of their distances from it. Of outlines sample by sample: ``mass`` (8, 1 + m), mass
     properties of the particle's surface and their derivatives by its amplitudes, nominal body axes. ``clocks`` of further
-    cameras, by their names, where they are not the first one's.
+    cameras, by their names, where they are not the first one's. Of trajectories: ``scatter_s`` (f,), by how much later than its stamp each
+    frame was if all of the campaign were taken at even times.
     """
 
     times_s: Array
@@ -47,6 +48,7 @@ class Setting:
     reach_m: float = 1.0
     mass: Array | None = None
     clocks: Mapping[str, Clock] = field(default_factory=dict)
+    scatter_s: Array | None = None
 
     def of_clock(self, camera: str | None) -> "Setting":
         """The same by the stamps of a camera's own clock."""

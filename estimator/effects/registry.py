@@ -7,6 +7,7 @@ from estimator.effects.catalogue.body.products_of_inertia import ProductsOfInert
 from estimator.effects.catalogue.clock.clock_offset import ClockOffset
 from estimator.effects.catalogue.clock.dropped_frames import DroppedFrames
 from estimator.effects.catalogue.clock.frame_rate import FrameRate
+from estimator.effects.catalogue.clock.stamp_scatter import StampScatter
 from estimator.effects.catalogue.clock.trigger_jitter import TriggerJitter
 from estimator.effects.catalogue.dynamics.gravity import Gravity
 from estimator.effects.catalogue.dynamics.linear_drag import LinearDrag
@@ -42,6 +43,7 @@ MODELS: dict[str, EffectModel] = {
         FrameRate(),
         DroppedFrames(),
         TriggerJitter(),
+        StampScatter(),
         ClockOffset(),
         CentreOfMass(),
         InertiaRatios(),

@@ -9,11 +9,12 @@ which is not part of Tumble. Nothing of Tumble is used, only numpy and SciPy, in
    freedom and of one, and a scale that is fitted, since some spins are wrong by far more than was stated.
 3. The same where each spin is either right, W as in 2 with a normal scatter, or wrong, W then as of any shot and nothing to do with the
    spin: how much more likely that makes the 37 lifts, and which spins are wrong.
+4. The first step again with frames at even times: what is left along y where stamps are late, and what a distortion of the volume is worth.
 """
 
 import argparse
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,10 @@ EITHER = {"scatter of right ones": -2.5, "of wrong ones": -1.0, "odds of a right
 """Where the search in 3 begins, all logarithms; scatters in 1/s."""
 WRONG = 0.5
 """Share of its size that a spin has to be off to be printed."""
+INTERVAL_S = 6.932e-3
+"""From frame to frame: that by which the stamps of all shots are nearest to even times."""
+LATE_M = (0.0, 0.35)
+"""Where along y stamps are late."""
 
 
 @dataclass(frozen=True)
@@ -204,6 +209,55 @@ def told_either(shots: list[Shot], fit: Fit) -> None:
     print(f"  more probably wrong than right: {', '.join(wrong)}")
 
 
+def at_even_times(shot: Shot) -> Shot:
+    """The shot with the even time nearest to each stamp in its place; of stamps nearest to the same one the first is taken to be late."""
+    t, rows = shot.times_s, np.arange(len(shot.times_s))
+    phase = np.angle(np.exp(2j * np.pi * t / INTERVAL_S).mean()) / (2.0 * np.pi) * INTERVAL_S
+    number = np.round((t - phase) / INTERVAL_S) - rows
+    number = np.minimum.accumulate(number[::-1])[::-1] + rows
+    return replace(shot, times_s=INTERVAL_S * (number - number[0]))
+
+
+def fitted(shots: list[Shot]) -> Fit:
+    """All shots with one drag."""
+    fit = begun(shots)
+    for _ in range(ROUNDS):
+        fit = improved(shots, fit)
+    return fit
+
+
+def distortion(shots: list[Shot], fit: Fit) -> tuple[float, float]:
+    """``k`` of a volume stretched by ``k |u|^2 u`` about its middle, ``u`` over the mean distance, and its spread from shot to shot."""
+    every = np.concatenate([shot.x for shot in shots])
+    reach = np.sqrt(np.mean(np.sum((every - every.mean(axis=0)) ** 2, axis=1)))
+    pulls, informations = [], []
+    for shot, own in zip(shots, fit.own, strict=True):
+        e, J = linearised(shot, own, fit.drag)
+        u = (shot.x - every.mean(axis=0)) / reach
+        column = reach * np.sum(u**2, axis=1, keepdims=True) * u
+        near = np.abs(e) < HUBER * fit.noise
+        X, y, c = (each[near] for each in (J / fit.noise[:, None], e / fit.noise, column / fit.noise))
+        left = c - X @ np.linalg.lstsq(X, c, rcond=None)[0]
+        pulls.append(-left @ y)
+        informations.append(left @ left)
+    total = float(np.sum(informations))
+    k = float(np.sum(pulls)) / total
+    return k, float(np.linalg.norm(np.array(pulls) - k * np.array(informations))) / total
+
+
+def told_of_stamps(shots: list[Shot]) -> None:
+    """Print what 4 says."""
+    for said, used in (("by stamps", shots), ("by even times", [at_even_times(shot) for shot in shots])):
+        fit = fitted(used)
+        off = [-linearised(shot, own, fit.drag)[0][:, 1] for shot, own in zip(used, fit.own, strict=True)]
+        there = [1e3 * e[(shot.x[:, 1] > LATE_M[0]) & (shot.x[:, 1] < LATE_M[1])] for e, shot in zip(off, used, strict=True)]
+        halves = ", ".join(f"{np.median(np.concatenate(there[first::2])):.2f}" for first in (0, 1))
+        ks = [distortion(each, fitted(each)) for each in (used, used[::2], used[1::2])]
+        print(f"{said}: drag {fit.drag:.4f} 1/m, noise {(1e3 * fit.noise).round(2)} mm")
+        print(f"  y between {LATE_M[0]} and {LATE_M[1]} m is off by {halves} mm (halves)")
+        print("  stretch of the volume, all shots and halves: " + ", ".join(f"{1e3 * k:.2f} +- {1e3 * s:.2f} e-3" for k, s in ks))
+
+
 def told_in_all(shots: list[Shot], fit: Fit, tails: float) -> None:
     """Print what 2 says."""
     options = {"xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000}
@@ -225,13 +279,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True, help="the folder that holds table_tennis/")
     shots = shots_in(parser.parse_args().data / "table_tennis")
-    fit = begun(shots)
-    for _ in range(ROUNDS):
-        fit = improved(shots, fit)
+    fit = fitted(shots)
     print(f"drag: {fit.drag:.4f} +- {fit.sigma:.4f} 1/m; noise {(1e3 * fit.noise).round(2)} mm")
     for tails in TAILS:
         told_in_all(shots, fit, tails)
     told_either(shots, fit)
+    told_of_stamps(shots)
     return 0
 
 

@@ -127,6 +127,19 @@ def dropped_frames(key: str) -> None:
     np.testing.assert_allclose(gap.centre[31:-2], there.centre[33:], atol=1e-12)
 
 
+def stamp_scatter(key: str) -> None:
+    """Stamps that are wholly to blame show the flight at even times, none of it that at the stamps."""
+    off = 1e-4 * np.cos(np.arange(61))
+    setting = replace(SETTING, times_s=TIMES - off, scatter_s=off)
+    for share in (0.0, 0.3, 1.0):
+        seen = predict(flight(), Model((MODELS[key],)), np.array([share]), setting, setting.times_s).poses
+        np.testing.assert_allclose(seen.centre, states_at(TIMES - (1.0 - share) * off), atol=1e-12)
+
+
+def states_at(times: Array) -> Array:
+    return predict(flight(), Model(), np.zeros(0), SETTING, times).poses.centre
+
+
 def trigger_jitter(key: str) -> None:
     """Without jitter there is no gain; the gain is that of the deviation, whatever its sign, and ever less beyond it."""
     assert MODELS[key].random
@@ -406,7 +419,7 @@ LAWS: dict[str, Callable[[str], None]] = {
     law.__name__: law
     for law in (
         *(frame_rate, dropped_frames, trigger_jitter, centre_of_mass, inertia_ratios, length_scale, linear_drag, quadratic_drag),
-        *(products_of_inertia, nutation_damping, clock_offset),
+        *(products_of_inertia, nutation_damping, clock_offset, stamp_scatter),
         *(magnus_lift, spin_damping, radial_distortion, tangential_distortion, principal_point, pixel_aspect, focal_length),
         *(camera_vibration, defocus_growth, motion_blur_threshold, rolling_shutter, outline_offset, view_outline_offset, blooming),
         *(rim_light_leak, saturating_lift, steady_wind, unmeasured_lift, position_distortion, gyroscope_bias, gyroscope_scale),

@@ -21,7 +21,10 @@ from tests.agreement.trajectory_derivatives import held_to_central_differences
 Array = np.ndarray
 GRAVITY = np.array([0.0, 0.0, -9.81])
 TIMES = np.arange(30) / 100.0
+SCATTERED = TIMES + 2e-5 * np.concatenate([np.tile([1.0, -1.0, -1.0, 1.0], 7), np.zeros(2)])
+"""Stamps beside which even times are those of ``TIMES``."""
 SIZES = {
+    "stamp_scatter": {"share": 0.9},
     "quadratic_drag": {"per_length": 0.15},
     "saturating_lift": {"coefficient": 5e-3, "length": 0.04},
     "steady_wind": {"w_x": 0.6, "w_y": -0.5, "w_z": 0.3},
@@ -31,6 +34,7 @@ SIZES = {
     "gyroscope_scale": {"s_x": 0.02, "s_y": -0.01, "s_z": 0.03},
 }
 CASES = {
+    "stamp_scatter": ("stamp_scatter",),
     "saturating_lift": ("quadratic_drag", "saturating_lift"),
     "steady_wind": ("quadratic_drag", "steady_wind"),
     "position_distortion": ("position_distortion",),
@@ -48,6 +52,8 @@ MIDDLE, REACH_M = np.array([0.0, 0.0, -0.1]), 0.6
 def of_nature(keys: tuple[str, ...], rng: np.random.Generator, name: str) -> Trajectory:
     """A ball's flight with effects, without noise: poses and readings, or positions and spin where a force is hidden."""
     force = EffectsInForce({key: SIZES[key] for key in keys})
+    stamps = SCATTERED if "stamp_scatter" in keys else TIMES
+    times = force.true_times(stamps, rng)
     v, omega = rng.uniform(-6.0, 6.0, 3), rng.normal(0.0, 1.0, 3) * rng.uniform(2.0, 200.0)
     if not force.push:
         omega = rng.normal(0.0, 8.0, 3)
@@ -57,17 +63,17 @@ def of_nature(keys: tuple[str, ...], rng: np.random.Generator, name: str) -> Tra
         state = FlightState(0.0, y[:3], y[3:], np.eye(3), omega, np.ones(3), 1.0)
         return np.concatenate([y[3:], GRAVITY + (force.acceleration(state) if force.push else 0.0)])
 
-    solved = solve_ivp(rate, (0.0, TIMES[-1]), np.concatenate([np.zeros(3), v]), method="DOP853", t_eval=TIMES, rtol=1e-11, atol=1e-12)
+    solved = solve_ivp(rate, (0.0, 0.4), np.concatenate([np.zeros(3), v]), method="DOP853", t_eval=times, rtol=1e-11, atol=1e-12)
     x, n = force.tracked(solved.y[:3].T, MIDDLE, REACH_M), len(TIMES)
     where = Surroundings(GRAVITY, Body(np.zeros(3), np.eye(3), np.ones(3)))
     spins, sigma_x, sigma_spin = np.tile(omega, (n, 1)), np.full((n, 3), SIGMA_X), np.full((n, 3), SIGMA_SPIN)
     if force.push:
-        return Trajectory(name, TIMES, x, None, spins, sigma_x, None, sigma_spin, where)
+        return Trajectory(name, stamps, x, None, spins, sigma_x, None, sigma_spin, where)
     size = float(np.linalg.norm(omega))
-    half = 0.5 * size * TIMES[:, None]
+    half = 0.5 * size * times[:, None]
     q = np.hstack([np.sin(half) * omega / size, np.cos(half)])
     sigma_theta = np.full((n, 3), SIGMA_THETA)
-    return Trajectory(name, TIMES, x, q, None, sigma_x, sigma_theta, None, where, force.gyroscope(spins), sigma_spin)
+    return Trajectory(name, stamps, x, q, None, sigma_x, sigma_theta, None, where, force.gyroscope(spins), sigma_spin)
 
 
 def in_the_true_volume(registered: Registered) -> Registered:

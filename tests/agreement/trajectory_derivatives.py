@@ -6,6 +6,7 @@ import numpy as np
 
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.catalogue.clock.stamp_scatter import to_even_times
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.measurements.trajectories.registering import task_of
@@ -16,6 +17,7 @@ from estimator.measurements.trajectories.task import trajectory_errors
 def held_to_central_differences(trajectory: Trajectory, sizes: dict[str, dict[str, float]]) -> None:
     """Near the flight that a fit of the trajectory starts from, with the effects of ``sizes`` at nine tenths of theirs."""
     task, model = task_of(trajectory), Model(tuple(MODELS[key] for key in sizes))
+    task = replace(task, setting=replace(task.setting, scatter_s=to_even_times([task.times_s])[0]))
     flight = first_flight(task, trajectory.surroundings.body)
     flight = replace(flight, omega=flight.omega + 0.1)
     theta = 0.9 * np.concatenate([[values[name] for name in EFFECTS[key].names] for key, values in sizes.items()])

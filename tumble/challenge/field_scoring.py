@@ -1,7 +1,7 @@
 """Compares answers to field campaigns with what was hidden: a row per campaign, hidden effect, stated probability, parameter and flight.
 
-Pushes of every flight are truly there, and so is the jitter of time stamps that are rounded: naming them is no false name, and their
-probabilities are not judged; the values given to pushes are.
+Pushes of every flight are truly there, and so is the jitter or scatter of time stamps that are rounded: naming them is no false name, and
+their probabilities are not judged; the values given to pushes are.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ from tumble.written_files import read_run
 Array = NDArray[np.float64]
 Answer = Mapping[str, Any]
 Rows = list[dict[str, Any]]
-PUSHES, JITTER = "uniform_acceleration", "trigger_jitter"
+PUSHES, STAMPS = "uniform_acceleration", {"trigger_jitter", "stamp_scatter"}
 LEAST_PROBABILITY = 1e-6
 """A probability counts as at least this, and as at most one minus it, in the logarithmic score."""
 
@@ -74,7 +74,7 @@ def score_field_cases(cases: Sequence[FieldCase], root: Path, answers: Path) -> 
 def there_anyway(case: FieldCase) -> frozenset[str]:
     """Effects of the mess that may be larger than their limit: naming them is right."""
     pushed = {PUSHES} if PUSHES in case.mess else set()
-    return frozenset(pushed | ({JITTER} if case.noise.rounded else set()))
+    return frozenset(pushed | (STAMPS if case.noise.rounded else set()))
 
 
 def false_names(case: FieldCase, answer: Answer) -> list[str]:

@@ -32,6 +32,8 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
     for channels, said in _conditions(effect):
         if not measured & channels:
             return said
+    if overrides(effect, "times") and not any(_moves_rows(effect, task) for task in tasks):
+        return "it moves none of these time stamps"
     if effect.of_unmeasured_spin and (measured & {"theta", "gyro"} or any(_spin_changes(task) for task in tasks)):
         return "the spin was measured throughout"
     if overrides(effect, "torque") and not measured & {"theta", "gyro"} and not any(_spin_changes(task) for task in tasks):
@@ -65,6 +67,12 @@ def _conditions(effect: EffectModel) -> Iterator[tuple[frozenset[str], str]]:
         if needs_unequal_moments(effect):
             yield frozenset({"theta", "gyro"}), "it needs a measured orientation"
         yield frozenset({"theta", "omega", "gyro"}), "it needs a measured orientation or spin"
+
+
+def _moves_rows(effect: EffectModel, task: TrajectoryTask) -> bool:
+    """Whether an effect on the clock moves any of a trajectory's rows."""
+    theta = effect.starts(task.setting)[:1] + np.array([p.step for p in effect.entry.parameters])
+    return any((effect.times(each, task.setting, task.times_s) != task.times_s).any() for each in theta)
 
 
 def _spin_changes(task: TrajectoryTask) -> bool:

@@ -38,7 +38,7 @@ class Tracks:
 
     def imagined(self, drop: Drop) -> Imagined:
         """Rows where the drop would be, each as noisy as the measured ones are in the median."""
-        task, setting = self.sequence, replace(self.sequence.setting, times_s=drop.times_s)
+        task, setting = self.sequence, replace(self.sequence.setting, times_s=drop.times_s, scatter_s=None)
         at, rows = (self.model, self.theta, setting), len(drop.times_s)
         reached, omega = forced_states(drop.flight, still(drop.flight), at, drop.times_s)
         R = rotation_matrices(reached.q[:, 0])

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.trajectory import Trajectory
+from estimator.effects.catalogue.clock.stamp_scatter import to_even_times
 from estimator.effects.link import Setting
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import Campaign, CampaignState
@@ -43,7 +44,7 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
         tasks.append(task)
         flights.append(first_flight(task, trajectory.surroundings.body))
         told(trajectory.name)
-    tasks = _in_one_volume(tasks)
+    tasks = _by_one_clock(_in_one_volume(tasks))
     kind = Trajectories(read_once=bool(tasks) and all(read_once(task) for task in tasks))
     campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=kind)
     campaign = replace(campaign, facts=_stated_lengths(trajectories))
@@ -82,6 +83,12 @@ def _in_one_volume(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:
     middle = places.mean(axis=0) if len(places) else np.zeros(3)
     reach = float(np.sqrt(np.mean(np.sum((places - middle) ** 2, axis=1)))) if len(places) > 1 else 0.0
     return [replace(task, setting=replace(task.setting, middle_world=middle, reach_m=reach or 1.0)) for task in tasks]
+
+
+def _by_one_clock(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:
+    """The sequences with what their stamps would be off by, were all frames of the campaign taken at even times, in their settings."""
+    off = to_even_times([task.times_s for task in tasks])
+    return [replace(task, setting=replace(task.setting, scatter_s=each)) for task, each in zip(tasks, off, strict=True)]
 
 
 def particles_of(trajectories: Sequence[Trajectory]) -> tuple[int, ...]:

@@ -32,6 +32,14 @@ def test_jitter_is_white_and_of_its_size(in_force) -> None:
     assert abs(np.corrcoef(off[1:], off[:-1])[0, 1]) < 0.05
 
 
+def test_frames_are_as_even_as_their_stamps_are_to_blame(in_force) -> None:
+    stamps = np.round(np.arange(12) / 144.0, 3)
+    whole, half = (in_force("stamp_scatter", share=share).true_times(stamps, np.random.default_rng(1)) for share in (1.0, 0.5))
+    np.testing.assert_allclose(np.diff(whole), np.diff(whole).mean(), rtol=1e-9)
+    np.testing.assert_allclose(half, 0.5 * (whole + stamps))
+    assert whole.mean() == pytest.approx(stamps.mean())
+
+
 @pytest.mark.parametrize("effect", [EffectRecipe("frame_rate", {"relative": 0.03}), EffectRecipe("trigger_jitter", {"sigma": 1e-5})])
 def test_a_sequence_is_taken_at_true_times_and_stamped_with_nominal_ones(effect: EffectRecipe) -> None:
     recipe = Recipe(seed=3, motion=MotionRecipe(frames=6, speed_ms=(1.0, 2.0)), rig=RigRecipe(drops=1))

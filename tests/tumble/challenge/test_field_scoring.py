@@ -63,9 +63,9 @@ def test_what_is_only_suspected_is_told_apart() -> None:
 
 
 def test_pushes_and_the_jitter_of_rounded_stamps_are_truly_there() -> None:
-    answer = answer_of(("uniform_acceleration",), ("trigger_jitter",))
+    answer = answer_of(("uniform_acceleration",), ("trigger_jitter",), ("stamp_scatter",))
     assert false_names(case_of(), answer) == []
-    assert false_names(case_of(rounded=False), answer) == ["trigger_jitter"]
+    assert false_names(case_of(rounded=False), answer) == ["trigger_jitter", "stamp_scatter"]
     assert false_names(case_of(mess={}), answer) == ["uniform_acceleration"]
     stated = {"uniform_acceleration": 0.9, "trigger_jitter": 0.9, "gravity": 0.8, "length_scale": 0.1, "unknown": 0.2}
     rows = {row["effect"]: row["true"] for row in probability_rows(case_of(), answer_of(probability=stated))}

@@ -16,7 +16,7 @@ DRAG = 0.3
 FALLING = Hidden(drag=DRAG)
 BOTH = Hidden(drag=0.2, more_gravity=0.6)
 SEEDS = (2, 3)
-OF_THE_MESS = {"trigger_jitter", "uniform_acceleration"}
+OF_THE_MESS = {"stamp_scatter", "trigger_jitter", "uniform_acceleration"}
 """What rounded stamps and pushes of every flight are."""
 
 

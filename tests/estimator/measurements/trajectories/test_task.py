@@ -74,10 +74,11 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
 @pytest.mark.parametrize(
     ("name", "not_shown"),
     [
-        ("poses", {"unmeasured_lift"}),
+        ("poses", {"unmeasured_lift", "stamp_scatter"}),
         (
             "positions",
             {
+                "stamp_scatter",
                 "centre_of_mass",
                 "inertia_ratios",
                 "products_of_inertia",
@@ -87,7 +88,10 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
                 "nutation_damping",
             },
         ),
-        ("positions and spin", {"centre_of_mass", "inertia_ratios", "products_of_inertia", "unmeasured_lift", "nutation_damping"}),
+        (
+            "positions and spin",
+            {"stamp_scatter", "centre_of_mass", "inertia_ratios", "products_of_inertia", "unmeasured_lift", "nutation_damping"},
+        ),
     ],
 )
 def test_only_effects_that_apply_are_tried(name: str, not_shown: set[str]) -> None:
