@@ -9,7 +9,7 @@ which is not part of Tumble. Nothing of Tumble is used, only numpy and SciPy, in
    freedom and of one, and a scale that is fitted, since some spins are wrong by far more than was stated.
 3. The same where each spin is either right, W as in 2 with a normal scatter, or wrong, W then as of any shot and nothing to do with the
    spin: how much more likely that makes the 37 lifts, and which spins are wrong.
-4. The first step again with frames at even times: what is left along y where stamps are late, and what a distortion of the volume is worth.
+4. The first step again with frames at even times: what is left along y where stamps are early, and what a stretch of the volume is worth.
 """
 
 import argparse
@@ -42,8 +42,8 @@ WRONG = 0.5
 """Share of its size that a spin has to be off to be printed."""
 INTERVAL_S = 6.932e-3
 """From frame to frame: that by which the stamps of all shots are nearest to even times."""
-LATE_M = (0.0, 0.35)
-"""Where along y stamps are late."""
+EARLY_M = (0.0, 0.35)
+"""Where along y stamps are early."""
 
 
 @dataclass(frozen=True)
@@ -250,11 +250,11 @@ def told_of_stamps(shots: list[Shot]) -> None:
     for said, used in (("by stamps", shots), ("by even times", [at_even_times(shot) for shot in shots])):
         fit = fitted(used)
         off = [-linearised(shot, own, fit.drag)[0][:, 1] for shot, own in zip(used, fit.own, strict=True)]
-        there = [1e3 * e[(shot.x[:, 1] > LATE_M[0]) & (shot.x[:, 1] < LATE_M[1])] for e, shot in zip(off, used, strict=True)]
+        there = [1e3 * e[(shot.x[:, 1] > EARLY_M[0]) & (shot.x[:, 1] < EARLY_M[1])] for e, shot in zip(off, used, strict=True)]
         halves = ", ".join(f"{np.median(np.concatenate(there[first::2])):.2f}" for first in (0, 1))
         ks = [distortion(each, fitted(each)) for each in (used, used[::2], used[1::2])]
         print(f"{said}: drag {fit.drag:.4f} 1/m, noise {(1e3 * fit.noise).round(2)} mm")
-        print(f"  y between {LATE_M[0]} and {LATE_M[1]} m is off by {halves} mm (halves)")
+        print(f"  y between {EARLY_M[0]} and {EARLY_M[1]} m is off by {halves} mm (halves)")
         print("  stretch of the volume, all shots and halves: " + ", ".join(f"{1e3 * k:.2f} +- {1e3 * s:.2f} e-3" for k, s in ks))
 
 
