@@ -34,9 +34,9 @@ WORTH = 2.0 * float(np.log(FACTOR * len(MODELS)))
 
 @dataclass(frozen=True)
 class _Axis:
-    """One axis of a channel: ``columns`` of the sequences that have it, by number, and their ``residuals`` at ``times`` (s).
+    """One axis of a channel: ``columns`` of the sequences that have it, by number, and their ``residuals`` in ``rows`` at ``times`` (s).
 
-    ``even`` (s): those of even frames. ``known``: whether its noise is stated.
+    ``known``: whether its noise is stated.
     """
 
     channel: str
@@ -44,13 +44,13 @@ class _Axis:
     known: bool
     columns: Mapping[int, int]
     residuals: list[Array]
+    rows: list[Array]
     times: list[Array]
-    even: list[Array]
 
     @cached_property
     def noise(self) -> ChannelNoise | None:
-        """Of the residuals, beside polynomials in even times: stamps may be rounded, frames of a tracker are evenly spaced, some lost."""
-        return channel_noise(self.residuals, self.even, stated=self.known)
+        """Of the residuals, beside polynomials in the number of a row: stamps may be rounded, rows of a tracker are evenly spaced."""
+        return channel_noise(self.residuals, self.rows, stated=self.known)
 
     @property
     def surprise(self) -> float:
@@ -105,9 +105,9 @@ def _axes(campaign: Campaign, fit: CampaignFit) -> Iterator[_Axis]:
         if rows:
             columns = {i: tasks[i].columns(channel).start + axis for i in rows}
             residuals = [_residuals(fit, tasks[i], (i, k), stated=known) for i, k in columns.items()]
-            seen = [(tasks[i], np.isfinite(tasks[i].sigma[:, k])) for i, k in columns.items()]
-            times = [task.times_s[at] for task, at in seen]
-            yield _Axis(channel, axis, known, columns, residuals, times, [task.even_s[at] for task, at in seen])
+            seen = [np.flatnonzero(np.isfinite(tasks[i].sigma[:, k])) for i, k in columns.items()]
+            times = [tasks[i].times_s[each] for i, each in zip(columns, seen, strict=True)]
+            yield _Axis(channel, axis, known, columns, residuals, [each.astype(np.float64) for each in seen], times)
 
 
 def _less_an_effect(campaign: Campaign, fit: CampaignFit, axes: list[_Axis]) -> list[_Axis]:

@@ -37,8 +37,8 @@ class TrajectoryTask:
     ``x_world`` (n, 3) m of the centre of mass of the nominal body; ``R_world_body`` (n, 3, 3), ``omega_world`` (n, 3) rad/s and ``gyro``
     (n, 3) rad/s, tracked frame, or ``None``; ``sigma`` (n, c) standard deviations of the c residuals of each row in the order positions,
     rotations, spins, gyroscope, infinite where nothing was measured; ``repeats`` (c,) over how many rows the noise of each is alike;
-    ``kept`` (n,) rows in use; ``stated``: channels whose noise is; ``spoiled``: rows of
-    which something is set aside.
+    ``kept`` (n,) rows in use; ``stated``: channels whose noise is; ``spoiled``: rows of which
+    something is set aside.
     """
 
     name: str
@@ -68,11 +68,6 @@ class TrajectoryTask:
     def times_s(self) -> Array:
         """Times (n,) of the rows."""
         return self.setting.times_s
-
-    @property
-    def even_s(self) -> Array:
-        """Times (n,) of the rows, were all frames taken at even ones."""
-        return self.times_s if self.setting.scatter_s is None else self.times_s + self.setting.scatter_s
 
     @property
     def channels(self) -> tuple[str, ...]:
