@@ -15,12 +15,13 @@ from tests.estimator.small_campaign import registered
 
 
 def short() -> SequenceTask:
-    """Every third frame of a sequence."""
+    """Every third frame of a sequence, its stamps a little uneven."""
     sequence = registered().campaign.sequences[0]
     rows = np.arange(0, len(sequence.task.sightings), 3)
     task = sequence.task
     few = FitTask(task.sightings.take(rows), task.views, task.prior, task.huber, task.weight[rows])
-    return replace(sequence, task=few, shape=sequence.shape.take(rows))
+    setting = replace(sequence.setting, scatter_s=1e-4 * np.sin(np.arange(len(sequence.setting.times_s))))
+    return replace(sequence, task=few, setting=setting, shape=sequence.shape.take(rows))
 
 
 @pytest.mark.parametrize("key", sorted(catalogue()))
