@@ -71,22 +71,24 @@ class Path:
 
     def errors(self, weight: Array) -> "Errors":
         """Of every row, about the polynomial through the others, which count ``weight`` (n,)."""
-        t, spread = np.zeros(self.r.shape), np.ones(self.r.shape)
-        left = self._left(weight)
-        for c, seen in enumerate(self.seen.T):
-            root = np.sqrt(weight * seen)
-            inverse = np.linalg.pinv(root[:, None] * self.A)
-            h = np.einsum("nd,dn->n", self.A, inverse @ inverse.T @ self.A.T)
-            others = np.maximum(1.0 - root**2 * h, np.finfo(np.float64).eps)
+        t, spread, inverses = np.zeros(self.r.shape), np.ones(self.r.shape), self._inverses(weight)
+        left = self._left(weight, inverses)
+        for c, (seen, inverse) in enumerate(zip(self.seen.T, inverses, strict=True)):
+            h = np.sum((self.A @ inverse) ** 2, axis=1)
+            others = np.maximum(1.0 - weight * seen * h, np.finfo(np.float64).eps)
             spread[:, c] = (others + h) / others
             t[:, c] = left[:, c] / (others * np.sqrt(spread[:, c]))
         return Errors(t, spread, self.seen)
 
-    def _left(self, weight: Array) -> Array:
-        """Residuals (n, c) of rows about the polynomial through those that count ``weight`` (n,)."""
-        roots = [np.sqrt(weight * seen) for seen in self.seen.T]
-        through = [np.linalg.lstsq(root[:, None] * self.A, root * r, rcond=None)[0] for root, r in zip(roots, self.r.T, strict=True)]
+    def _left(self, weight: Array, inverses: list[Array]) -> Array:
+        """Residuals (n, c) of rows about the polynomial through those that count ``weight`` (n,), by its ``inverses``."""
+        pulls = np.sqrt(weight)[:, None] * self.seen * self.r
+        through = [inverse @ pull for inverse, pull in zip(inverses, pulls.T, strict=True)]
         return np.where(self.seen, self.r - self.A @ np.column_stack(through), 0.0)
+
+    def _inverses(self, weight: Array) -> list[Array]:
+        """Pseudo-inverses (d, n) of the polynomials in the rows of each axis, which count ``weight`` (n,)."""
+        return [np.linalg.pinv(np.sqrt(weight * seen)[:, None] * self.A) for seen in self.seen.T]
 
     def core(self) -> Array:
         """Weights (n,): one of the half of the rows that lie best on a polynomial [Rousseeuw and Van Driessen 2006].
@@ -103,7 +105,7 @@ class Path:
         """Squares of the ``half`` of the rows that lie best on a polynomial through themselves, and their weights (n,)."""
         least, found = np.inf, weight
         while True:
-            square = np.where(self.rows > 0.0, np.sum(self._left(weight) ** 2, axis=1), np.inf)
+            square = np.where(self.rows > 0.0, np.sum(self._left(weight, self._inverses(weight)) ** 2, axis=1), np.inf)
             best = np.argsort(square, kind="stable")[:half]
             if square[best].sum() >= least:
                 return least, found

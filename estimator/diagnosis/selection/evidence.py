@@ -165,8 +165,8 @@ class Evidence:
         still = not any(feels_air(self.of.effects[e]) for e in members)
         return [e for e in members if len(self._rows[e]) and not (still and moves_air_alone(self.of.effects[e]))]
 
-    def believed(self, effect: int, amplitudes: Array) -> bool:
-        """Whether ``amplitudes`` (q,) of an effect's columns, in the units of their parameters, are believed at all."""
+    def within_bounds(self, effect: int, amplitudes: Array) -> bool:
+        """Whether ``amplitudes`` (q,) of an effect's columns, in the units of their parameters, are within twice the plausible range."""
         low, high, _ = self._bounds[:, self._rows[effect]]
         return bool(np.all((low <= amplitudes) & (amplitudes <= high)))
 

@@ -62,7 +62,7 @@ def sureness(trial: Trial, members: Set, effect: int) -> float:
 
 
 def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
-    """Single effects that make up for it in likelihood, whatever their prior ranges say, by amplitudes that are believed at all."""
+    """Single effects that make up for it in likelihood, whatever their priors say, with amplitudes within twice the plausible range."""
     kept = tuple(e for e in members if e != effect)
     for other in range(len(trial.evidence.of.effects)):
         exchanged = tuple(sorted((*kept, other)))
@@ -73,7 +73,7 @@ def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
         if wide or other not in trial.evidence.sized(exchanged) or not np.isfinite(odds):
             continue
         lost, regained, amplitude = exchange(trial, members, effect, other)
-        if lost <= np.log(FACTOR) <= regained and trial.evidence.believed(other, amplitude):
+        if lost <= np.log(FACTOR) <= regained and trial.evidence.within_bounds(other, amplitude):
             yield Name((other,), exchanged, odds)
 
 

@@ -116,17 +116,17 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
     """The path as far as it goes, with the probabilities at its end that refits confirm."""
     path, tried, astray = [at], {frozenset(at.keys)}, 0
     while len(path) <= MOST_STEPS and len(tried) <= MOST_STEPS * ASTRAY:
-        wanted, least = (_wanted(path, tried) if astray < ASTRAY else None), 0.0
-        if wanted is None and unknown:
-            wanted, least = _next_name(path[-1], tried), GAIN
+        wanted = _wanted(path, tried) if astray < ASTRAY else None
+        is_name = wanted is None and unknown
+        wanted = _next_name(path[-1], tried) if is_name else wanted
         if wanted is None:
             break
         now = path[-1]
         tried.add(frozenset(now.named(wanted)))
         new = moved(now, wanted, catalogue, unknown=unknown)
         gained = -np.inf if new is None else min(new.value - new.value_of(now.keys), new.value - now.value)
-        if new is None or gained <= least:
-            astray += least == 0.0
+        if new is None or gained <= (GAIN if is_name else 0.0):
+            astray += not is_name
             path[-1] = judged_by(now, replace(now.trial, overrated=(*now.trial.overrated, overrated(now, wanted, gained))))
             continue
         told(f"{', '.join(new.keys) or 'nothing'}: log evidence {gained:+.1f}")
@@ -171,7 +171,7 @@ def _wanted(path: list[At], tried: set[frozenset[str]]) -> Set | None:
 
 
 def _next_name(now: At, tried: set[frozenset[str]]) -> Set | None:
-    """The first set that was not refitted and is a name in the catalogue of what was found: looks from afar promise too much."""
+    """The first set, not refitted yet, that exchanges a found effect for another of its names: its linearised evidence may be too high."""
     found, families = (e for e in now.members if e not in now.trial.noise), now.trial.families
     names = (name for e in found for name in group_of(now.trial, now.members, e)[1:] if name.log_odds >= -np.log(FACTOR))
     known = (name.members for name in names if not families & set(name.effects))

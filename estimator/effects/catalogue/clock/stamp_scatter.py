@@ -18,7 +18,7 @@ from estimator.effects.link import Array, EffectModel, Setting
 from estimator.geometry.robust_scale import robust_sigma
 
 BEGIN = 128
-"""Stamps of which the interval is sought; it is carried on from there, twice as far at a time."""
+"""Stamps of which the interval is sought first, then twice as many at a time, so that no frame is miscounted. Effort alone."""
 ROUNDS = 8
 """Of weighing stamps by how near they are to even times."""
 EXACT = 1e-6

@@ -1,4 +1,4 @@
-"""Names of what was found are judged by fits of their own: what is far from the fit that was found, a linear look from there flatters."""
+"""Names of what was found are judged by fits of their own: far from the fit that was found the linearised evidence of a set is too high."""
 
 from functools import cache
 from pathlib import Path
