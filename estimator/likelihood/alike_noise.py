@@ -20,12 +20,13 @@ unless the rows say otherwise. The estimate is shared by all sequences of a camp
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
+from scipy.special import softmax
 
 from estimator.geometry.robust_scale import robust_sigma
 
@@ -47,8 +48,10 @@ LAGS = 3
 """Products are taken of a row with itself, the next and the one after."""
 FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
 """``rho_1`` and ``phi`` that are tried."""
-USUAL = (0.5, 0.5)
-"""Their standard deviations among trackers, before the data (decision 48)."""
+USUAL = 1.0
+"""Rows over which noise is alike beside one, in the mean of trackers, before the data (decision 48)."""
+SLOW = 3
+"""Polynomials in time that a flight's state is made of: what noise does to their coefficients it does to a state."""
 CLIP, ROUNDS = 4.0, 8
 """Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
 WORST = 0.5
@@ -57,27 +60,63 @@ WORST = 0.5
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """Noise of a channel.
+    """Noise of one axis of a channel.
 
-    ``sigma``: standard deviation, that of rows that are far off included as far as a fit believes them; ``first``: correlation of a row
-    with the next; ``fading``: of each further one, over the one before; ``far``: variance that rows far off add, over that of the others.
+    ``sigma``: standard deviation, that of rows that are far off included as far as a fit believes them; ``pairs`` (k, 2): correlation of a
+    row with the next, and of each further one over the one before, of which each has a ``share`` (k,); ``variance`` (k,): the variance
+    beside each; ``far``: variance that rows far off add, over that of the others.
     """
 
     sigma: float
-    first: float
-    fading: float
+    pairs: Array
+    share: Array
+    variance: Array
     far: float = 0.0
+
+    @property
+    def first(self) -> float:
+        """Correlation of a row with the next."""
+        return float(self.share @ self.pairs[:, 0])
+
+    @property
+    def fading(self) -> float:
+        """Of each further one, over the one before."""
+        return float(self.share @ self.pairs[:, 1])
 
     @property
     def repeats(self) -> float:
         """Over how many rows the noise is alike: the variance of a long mean over that of independent rows of the same ``sigma``."""
-        return float((1.0 + 2.0 * self.first / (1.0 - self.fading) + self.far) / (1.0 + self.far))
+        return self.repeats_in(LONGEST)
+
+    def repeats_in(self, rows: int) -> float:
+        """The same of what is slow in a flight of so many ``rows``."""
+        return float(np.exp(self.share @ np.log(self._slow(rows))))
+
+    def unsure_in(self, rows: int) -> float:
+        """Variance of the logarithm of the variance of what is slow in so many ``rows``, as far as the likeness is not known."""
+        each = np.log(self._slow(rows) * self.variance)
+        return float(self.share @ (each - self.share @ each) ** 2)
+
+    def _slow(self, rows: int) -> Array:
+        return (_slow_variance(self.pairs, min(rows, LONGEST)) + self.far) / (1.0 + self.far)
 
 
-def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = None, *, stated: bool = False) -> ChannelNoise | None:
-    """Noise of one channel from the residuals (n,) of several sequences; where it is ``stated``, they are in its standard deviations.
+@dataclass(frozen=True)
+class AxisRows:
+    """What the rows of one axis say: beside each pair of likeness ``variance`` (k,), and how ``unlike`` (k,) it their products are.
 
-    ``times`` (n,) s of each; left out: rows are evenly spaced. ``None`` where polynomials leave nothing of them.
+    ``far``: variance that rows far off add, over that of the others.
+    """
+
+    variance: Array
+    unlike: Array
+    far: float
+
+
+def axis_rows(residuals: Sequence[Array], times: Sequence[Array] | None = None) -> AxisRows | None:
+    """Of the residuals (n,) of several sequences; ``None`` where polynomials leave nothing of them.
+
+    ``times`` (n,) s of each; left out: rows are evenly spaced.
     """
     pieces, at = parts(residuals), _spans(residuals, times)
     kept = _near(pieces, at)
@@ -87,16 +126,40 @@ def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = No
     if expected[0, 0] < LEAST_TOLD:
         return None
     products = np.array([sum(float(r[lag:] @ r[: len(r) - lag]) for r in left) for lag in range(LAGS)])
-    variance, correlations = _matched(products, expected)
     dropped, count = sum(int(np.sum(~each)) for each in kept), sum(map(len, kept))
-    far = CLIP**2 * dropped / max(count, 1)
-    if not stated:
-        return ChannelNoise(float(np.sqrt(variance * (1.0 + far))), *correlations, far)
-    excess = max(variance - 1.0, 0.0)
-    alike = np.array([correlations[0], correlations[0] * correlations[1]]) * variance - excess
-    first, second = np.maximum(alike, 0.0)
-    noise = ChannelNoise(1.0, float(first), float(np.clip(second / max(first, 1e-12), 0.0, FADING[-1])))
-    return replace(noise, first=noise.first + 0.5 * far * (1.0 - noise.fading))
+    return AxisRows(*_matched(products, expected), CLIP**2 * dropped / max(count, 1))
+
+
+def noise_of(axes: Sequence[AxisRows], *, stated: bool = False) -> list[ChannelNoise]:
+    """Noise of the ``axes`` of one channel, all as alike and each of its size; where that is ``stated``, in standard deviations.
+
+    The likeness is integrated: how variable what is slow may be is told by its logarithm's mean, and by how far that is not known.
+    """
+    pairs, _, usual = _tried()
+    share = softmax(-0.5 * sum((axis.unlike for axis in axes), usual))
+    if stated:
+        return [_beside_stated(axis, share) for axis in axes]
+    sigma = [float(np.exp(0.5 * (share @ np.log(axis.variance * (1.0 + axis.far))))) for axis in axes]
+    return [ChannelNoise(s, pairs, share, axis.variance, axis.far) for s, axis in zip(sigma, axes, strict=True)]
+
+
+def _beside_stated(axis: AxisRows, share: Array) -> ChannelNoise:
+    """What residuals have beyond the size that is stated is as alike as it can be."""
+    pairs, excess = _tried()[0], np.maximum(axis.variance - 1.0, 0.0)
+    first, second = (np.maximum(rho * axis.variance - excess, 0.0) for rho in (pairs[:, 0], pairs[:, 0] * pairs[:, 1]))
+    fading = np.clip(second / np.maximum(first, 1e-12), 0.0, FADING[-1])
+    return ChannelNoise(1.0, np.column_stack([first + 0.5 * axis.far * (1.0 - fading), fading]), share, np.ones(len(share)))
+
+
+def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = None, *, stated: bool = False) -> ChannelNoise | None:
+    """Noise of one axis alone: :func:`noise_of` of its :func:`axis_rows`."""
+    axis = axis_rows(residuals, times)
+    return None if axis is None else noise_of([axis], stated=stated)[0]
+
+
+def freedom_in(rows: int) -> int:
+    """Degrees of freedom that polynomials leave of so many ``rows`` of a sequence."""
+    return sum(max(len(r) - _degree(len(r)) - 1, 0) for r in parts([np.zeros(rows)]))
 
 
 def less_explained(residuals: Sequence[Array], times: Sequence[Array], columns: Sequence[Array]) -> tuple[list[Array], Array]:
@@ -238,19 +301,29 @@ def _expected(rows: _Rows) -> Array:
 def _tried() -> tuple[Array, Array, Array]:
     """Every pair of ``FIRST`` and ``FADING`` that a process can have (k, 2), its autocorrelations (k, ``LONGEST``), and its surprise (k,).
 
-    That is minus twice the logarithm of what is usual.
+    That is minus twice the logarithm of what is usual: over how many rows noise is alike beside one is exponential, its fading uniform.
     """
     pairs = np.array([(first, fading) for first in FIRST for fading in FADING if first <= 0.5 * (1.0 + fading)])
     rho = np.column_stack([np.ones(len(pairs)), pairs[:, :1] * pairs[:, 1:] ** np.arange(LONGEST - 1)])
-    return pairs, rho, np.asarray(np.sum((pairs / USUAL) ** 2, axis=1))
+    alike = 2.0 / (1.0 - pairs[:, 1])
+    return pairs, rho, 2.0 * alike * pairs[:, 0] / USUAL - 2.0 * np.log(alike)
 
 
-def _matched(products: Array, expected: Array) -> tuple[float, tuple[float, float]]:
-    """Variance, and the pair whose expected products over squares are the measured ones."""
-    pairs, rho, surprise = _tried()
-    each = rho @ expected.T
+def _matched(products: Array, expected: Array) -> tuple[Array, Array]:
+    """Variance (k,) beside each pair, and the squares (k,) of how far its expected products over squares are off the measured ones."""
+    each = _tried()[1] @ expected.T
     ratios = each[:, 1:] / np.maximum(each[:, :1], 1e-12)
-    misfit = np.sum((ratios - products[1:] / max(products[0], 1e-300)) ** 2, axis=1) * each[:, 0]
-    best = int(np.argmin(misfit + surprise))
-    first, fading = pairs[best].tolist()
-    return max(float(products[0]), 1e-300) / max(float(each[best, 0]), 1e-12), (first, fading)
+    unlike = np.sum((ratios - products[1:] / max(products[0], 1e-300)) ** 2, axis=1) * each[:, 0]
+    return max(float(products[0]), 1e-300) / np.maximum(each[:, 0], 1e-12), unlike
+
+
+def _slow_variance(pairs: Array, rows: int) -> Array:
+    """Variance (k,) of what is slow in so many rows of noise of each of the ``pairs`` (k, 2), over that of independent ones."""
+    return np.asarray(1.0 + (pairs[:, :1] * pairs[:, 1:] ** np.arange(rows - 1)) @ _slow_products(rows))
+
+
+@lru_cache(maxsize=256)
+def _slow_products(rows: int) -> Array:
+    """Twice the products (n - 1,) of slow polynomials with themselves at each distance, over how many they are."""
+    Q, _ = np.linalg.qr(legendre.legvander(np.linspace(-1.0, 1.0, rows), min(SLOW, rows) - 1))
+    return np.array([2.0 * np.sum(Q[k:] * Q[:-k]) / Q.shape[1] for k in range(1, rows)])
