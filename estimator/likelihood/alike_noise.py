@@ -49,9 +49,7 @@ LAGS = 3
 FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
 """``rho_1`` and ``phi`` that are tried."""
 USUAL = 1.0
-"""Rows over which noise is alike beside one, in the mean of trackers, before the data (decision 48)."""
-SLOW = 3
-"""Polynomials in time that a flight's state is made of: what noise does to their coefficients it does to a state."""
+"""Rows over which noise is alike beside one: their standard deviation among trackers, before the data (decision 48)."""
 CLIP, ROUNDS = 4.0, 8
 """Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
 WORST = 0.5
@@ -75,30 +73,34 @@ class ChannelNoise:
 
     @property
     def first(self) -> float:
-        """Correlation of a row with the next."""
-        return float(self.share @ self.pairs[:, 0])
+        """Most probable correlation of a row with the next."""
+        return float(self.pairs[self._best, 0])
 
     @property
     def fading(self) -> float:
         """Of each further one, over the one before."""
-        return float(self.share @ self.pairs[:, 1])
+        return float(self.pairs[self._best, 1])
 
     @property
     def repeats(self) -> float:
         """Over how many rows the noise is alike: the variance of a long mean over that of independent rows of the same ``sigma``."""
-        return self.repeats_in(LONGEST)
+        return float((1.0 + 2.0 * self.first / (1.0 - self.fading) + self.far) / (1.0 + self.far))
 
     def repeats_in(self, rows: int) -> float:
-        """The same of what is slow in a flight of so many ``rows``."""
-        return float(np.exp(self.share @ np.log(self._slow(rows))))
+        """The same of the mean of so many ``rows``."""
+        return float(self._of_mean(rows)[self._best])
 
     def unsure_in(self, rows: int) -> float:
-        """Variance of the logarithm of the variance of what is slow in so many ``rows``, as far as the likeness is not known."""
-        each = np.log(self._slow(rows) * self.variance)
-        return float(self.share @ (each - self.share @ each) ** 2)
+        """Mean square of how far the log variance of the mean of so many ``rows`` is off that beside the most probable pair."""
+        each = np.log(self._of_mean(rows) * self.variance)
+        return float(self.share @ (each - each[self._best]) ** 2)
 
-    def _slow(self, rows: int) -> Array:
-        return (_slow_variance(self.pairs, min(rows, LONGEST)) + self.far) / (1.0 + self.far)
+    @property
+    def _best(self) -> int:
+        return int(np.argmax(self.share))
+
+    def _of_mean(self, rows: int) -> Array:
+        return (_of_mean(self.pairs, min(rows, LONGEST)) + self.far) / (1.0 + self.far)
 
 
 @dataclass(frozen=True)
@@ -131,15 +133,16 @@ def axis_rows(residuals: Sequence[Array], times: Sequence[Array] | None = None) 
 
 
 def noise_of(axes: Sequence[AxisRows], *, stated: bool = False) -> list[ChannelNoise]:
-    """Noise of the ``axes`` of one channel, all as alike and each of its size; where that is ``stated``, in standard deviations.
+    """Noise of the ``axes`` of one channel, all as alike and each of its size.
 
-    The likeness is integrated: how variable what is slow may be is told by its logarithm's mean, and by how far that is not known.
+    Where that is ``stated``, residuals are in standard deviations, and each axis is as alike as it seems: what is no noise in one is not in
+    the others.
     """
     pairs, _, usual = _tried()
-    share = softmax(-0.5 * sum((axis.unlike for axis in axes), usual))
     if stated:
-        return [_beside_stated(axis, share) for axis in axes]
-    sigma = [float(np.exp(0.5 * (share @ np.log(axis.variance * (1.0 + axis.far))))) for axis in axes]
+        return [_beside_stated(axis, softmax(-0.5 * (axis.unlike + usual))) for axis in axes]
+    share = softmax(-0.5 * sum((axis.unlike for axis in axes), usual))
+    sigma = [float(np.sqrt(axis.variance[np.argmax(share)] * (1.0 + axis.far))) for axis in axes]
     return [ChannelNoise(s, pairs, share, axis.variance, axis.far) for s, axis in zip(sigma, axes, strict=True)]
 
 
@@ -301,12 +304,11 @@ def _expected(rows: _Rows) -> Array:
 def _tried() -> tuple[Array, Array, Array]:
     """Every pair of ``FIRST`` and ``FADING`` that a process can have (k, 2), its autocorrelations (k, ``LONGEST``), and its surprise (k,).
 
-    That is minus twice the logarithm of what is usual: over how many rows noise is alike beside one is exponential, its fading uniform.
+    That is minus twice the logarithm of what is usual.
     """
     pairs = np.array([(first, fading) for first in FIRST for fading in FADING if first <= 0.5 * (1.0 + fading)])
     rho = np.column_stack([np.ones(len(pairs)), pairs[:, :1] * pairs[:, 1:] ** np.arange(LONGEST - 1)])
-    alike = 2.0 / (1.0 - pairs[:, 1])
-    return pairs, rho, 2.0 * alike * pairs[:, 0] / USUAL - 2.0 * np.log(alike)
+    return pairs, rho, (2.0 * pairs[:, 0] / (1.0 - pairs[:, 1]) / USUAL) ** 2
 
 
 def _matched(products: Array, expected: Array) -> tuple[Array, Array]:
@@ -317,13 +319,7 @@ def _matched(products: Array, expected: Array) -> tuple[Array, Array]:
     return max(float(products[0]), 1e-300) / np.maximum(each[:, 0], 1e-12), unlike
 
 
-def _slow_variance(pairs: Array, rows: int) -> Array:
-    """Variance (k,) of what is slow in so many rows of noise of each of the ``pairs`` (k, 2), over that of independent ones."""
-    return np.asarray(1.0 + (pairs[:, :1] * pairs[:, 1:] ** np.arange(rows - 1)) @ _slow_products(rows))
-
-
-@lru_cache(maxsize=256)
-def _slow_products(rows: int) -> Array:
-    """Twice the products (n - 1,) of slow polynomials with themselves at each distance, over how many they are."""
-    Q, _ = np.linalg.qr(legendre.legvander(np.linspace(-1.0, 1.0, rows), min(SLOW, rows) - 1))
-    return np.array([2.0 * np.sum(Q[k:] * Q[:-k]) / Q.shape[1] for k in range(1, rows)])
+def _of_mean(pairs: Array, rows: int) -> Array:
+    """Variance (k,) of the mean of so many rows of noise of each of the ``pairs`` (k, 2), over that of independent ones."""
+    distance = np.arange(1, rows)
+    return np.asarray(1.0 + 2.0 * (pairs[:, :1] * pairs[:, 1:] ** (distance - 1)) @ (1.0 - distance / rows))
