@@ -26,7 +26,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy.special import softmax
 
 from estimator.geometry.robust_scale import robust_sigma
 
@@ -60,26 +59,14 @@ WORST = 0.5
 class ChannelNoise:
     """Noise of one axis of a channel.
 
-    ``sigma``: standard deviation, that of rows that are far off included as far as a fit believes them; ``pairs`` (k, 2): correlation of a
-    row with the next, and of each further one over the one before, of which each has a ``share`` (k,); ``variance`` (k,): the variance
-    beside each; ``far``: variance that rows far off add, over that of the others.
+    ``sigma``: standard deviation, that of rows that are far off included as far as a fit believes them; ``first``: correlation of a row
+    with the next; ``fading``: of each further one, over the one before; ``far``: variance that rows far off add, over that of the others.
     """
 
     sigma: float
-    pairs: Array
-    share: Array
-    variance: Array
+    first: float
+    fading: float
     far: float = 0.0
-
-    @property
-    def first(self) -> float:
-        """Most probable correlation of a row with the next."""
-        return float(self.pairs[self._best, 0])
-
-    @property
-    def fading(self) -> float:
-        """Of each further one, over the one before."""
-        return float(self.pairs[self._best, 1])
 
     @property
     def repeats(self) -> float:
@@ -88,19 +75,9 @@ class ChannelNoise:
 
     def repeats_in(self, rows: int) -> float:
         """The same of the mean of so many ``rows``."""
-        return float(self._of_mean(rows)[self._best])
-
-    def unsure_in(self, rows: int) -> float:
-        """Mean square of how far the log variance of the mean of so many ``rows`` is off that beside the most probable pair."""
-        each = np.log(self._of_mean(rows) * self.variance)
-        return float(self.share @ (each - each[self._best]) ** 2)
-
-    @property
-    def _best(self) -> int:
-        return int(np.argmax(self.share))
-
-    def _of_mean(self, rows: int) -> Array:
-        return (_of_mean(self.pairs, min(rows, LONGEST)) + self.far) / (1.0 + self.far)
+        distance = np.arange(1, rows)
+        alike = 2.0 * float(np.sum(self.first * self.fading ** (distance - 1) * (1.0 - distance / rows)))
+        return (1.0 + alike + self.far) / (1.0 + self.far)
 
 
 @dataclass(frozen=True)
@@ -140,18 +117,18 @@ def noise_of(axes: Sequence[AxisRows], *, stated: bool = False) -> list[ChannelN
     """
     pairs, _, usual = _tried()
     if stated:
-        return [_beside_stated(axis, softmax(-0.5 * (axis.unlike + usual))) for axis in axes]
-    share = softmax(-0.5 * sum((axis.unlike for axis in axes), usual))
-    sigma = [float(np.sqrt(axis.variance[np.argmax(share)] * (1.0 + axis.far))) for axis in axes]
-    return [ChannelNoise(s, pairs, share, axis.variance, axis.far) for s, axis in zip(sigma, axes, strict=True)]
+        return [_beside_stated(axis, int(np.argmin(axis.unlike + usual))) for axis in axes]
+    best = int(np.argmin(sum((axis.unlike for axis in axes), usual)))
+    first, fading = pairs[best].tolist()
+    return [ChannelNoise(float(np.sqrt(axis.variance[best] * (1.0 + axis.far))), first, fading, axis.far) for axis in axes]
 
 
-def _beside_stated(axis: AxisRows, share: Array) -> ChannelNoise:
+def _beside_stated(axis: AxisRows, best: int) -> ChannelNoise:
     """What residuals have beyond the size that is stated is as alike as it can be."""
-    pairs, excess = _tried()[0], np.maximum(axis.variance - 1.0, 0.0)
-    first, second = (np.maximum(rho * axis.variance - excess, 0.0) for rho in (pairs[:, 0], pairs[:, 0] * pairs[:, 1]))
-    fading = np.clip(second / np.maximum(first, 1e-12), 0.0, FADING[-1])
-    return ChannelNoise(1.0, np.column_stack([first + 0.5 * axis.far * (1.0 - fading), fading]), share, np.ones(len(share)))
+    rho, variance = np.array([1.0, _tried()[0][best, 1]]) * _tried()[0][best, 0], float(axis.variance[best])
+    first, second = np.maximum(rho * variance - max(variance - 1.0, 0.0), 0.0)
+    fading = float(np.clip(second / max(first, 1e-12), 0.0, FADING[-1]))
+    return ChannelNoise(1.0, float(first) + 0.5 * axis.far * (1.0 - fading), fading)
 
 
 def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = None, *, stated: bool = False) -> ChannelNoise | None:
@@ -317,9 +294,3 @@ def _matched(products: Array, expected: Array) -> tuple[Array, Array]:
     ratios = each[:, 1:] / np.maximum(each[:, :1], 1e-12)
     unlike = np.sum((ratios - products[1:] / max(products[0], 1e-300)) ** 2, axis=1) * each[:, 0]
     return max(float(products[0]), 1e-300) / np.maximum(each[:, 0], 1e-12), unlike
-
-
-def _of_mean(pairs: Array, rows: int) -> Array:
-    """Variance (k,) of the mean of so many rows of noise of each of the ``pairs`` (k, 2), over that of independent ones."""
-    distance = np.arange(1, rows)
-    return np.asarray(1.0 + 2.0 * (pairs[:, :1] * pairs[:, 1:] ** (distance - 1)) @ (1.0 - distance / rows))

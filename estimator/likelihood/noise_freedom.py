@@ -17,15 +17,13 @@ TAIL = 0.975
 """Where the quantile of Student's t is taken from: intervals are of 95%."""
 
 
-def noise_freedom(freedom: Array, unsure: Array, known: NDArray[np.bool_]) -> Array:
+def noise_freedom(freedom: Array, known: NDArray[np.bool_]) -> Array:
     """Degrees of freedom (s, a) by which the noise of sequences along axes is known.
 
     Parameters
     ----------
     freedom : (s, a) array
         Degrees of freedom of the residuals; zero where nothing was measured.
-    unsure : (s, a) array
-        Variance of the logarithm of the variance of what is slow, as far as the likeness of rows is not known.
     known : (a,) array
         Whether the noise of an axis is stated.
     """
@@ -35,7 +33,7 @@ def noise_freedom(freedom: Array, unsure: Array, known: NDArray[np.bool_]) -> Ar
     H[axes:, axes:] = np.diag(0.5 * freedom.sum(axis=1) + 0.5 * NOISE_FREEDOM)
     H[:axes, axes:], H[axes:, :axes] = 0.5 * freedom.T, 0.5 * freedom
     C = np.linalg.inv(H)
-    variance = np.diag(C)[:axes] + np.diag(C)[axes:, None] + 2.0 * C[axes:, :axes] + unsure
+    variance = np.diag(C)[:axes] + np.diag(C)[axes:, None] + 2.0 * C[axes:, :axes]
     return np.asarray(2.0 / variance)
 
 

@@ -106,7 +106,7 @@ def with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:
     noises: list[ChannelNoise | None] = []
     for _, group in groupby(axes, key=lambda each: (each.channel, each.known)):
         noises += _of_one_channel(list(group))
-    sure = noise_freedom(*_told(axes, noises, len(tasks)))
+    sure = noise_freedom(_freedom(axes, len(tasks)), np.array([each.known for each in axes], dtype=np.bool_))
     for each, noise, freedom in zip(axes, noises, sure.T, strict=True):
         told = f"{TOLD[each.channel]} {'xyz'[each.axis]}"
         _refuse_without_scatter(None if each.known else noise, [tasks[i].name for i in each.columns], told)
@@ -122,14 +122,13 @@ def _of_one_channel(axes: list[_Axis]) -> list[ChannelNoise | None]:
     return [None if axis.told is None else next(each) for axis in axes]
 
 
-def _told(axes: list[_Axis], noises: list[ChannelNoise | None], sequences: int) -> tuple[Array, Array, Array]:
-    """Degrees of freedom (s, a) of residuals, how unsure (s, a) their likeness leaves their size, and whether (a,) that is stated."""
-    freedom, unsure = np.zeros((sequences, len(axes))), np.zeros((sequences, len(axes)))
-    for a, (axis, noise) in enumerate(zip(axes, noises, strict=True)):
+def _freedom(axes: list[_Axis], sequences: int) -> Array:
+    """Degrees of freedom (s, a) of what sequences have along axes."""
+    freedom = np.zeros((sequences, len(axes)))
+    for a, axis in enumerate(axes):
         for i, rows in zip(axis.columns, axis.rows, strict=True):
             freedom[i, a] = freedom_in(len(rows))
-            unsure[i, a] = 0.0 if noise is None else noise.unsure_in(len(rows))
-    return freedom, unsure, np.array([axis.known for axis in axes], dtype=np.bool_)
+    return freedom
 
 
 def _axes(campaign: Campaign, fit: CampaignFit) -> Iterator[_Axis]:
