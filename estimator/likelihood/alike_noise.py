@@ -16,7 +16,8 @@ Polynomials of short flights are poor, and a wobble is none: there a misfit woul
 amplitudes [Schwarz 1978].
 
 Short flights cannot tell noise that fades slowly from a misfit, so noise is taken to be as alike as is usual among trackers
-unless the rows say otherwise. The estimate is shared by all sequences of a campaign.
+unless the rows say otherwise: over how many rows beside one has a normal prior. The axes of a channel are as alike, each of its own size;
+both are shared by all sequences of a campaign. How well the size is known says :mod:`estimator.likelihood.noise_freedom`.
 """
 
 from collections.abc import Sequence
@@ -132,7 +133,7 @@ def _beside_stated(axis: AxisRows, best: int) -> ChannelNoise:
 
 
 def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = None, *, stated: bool = False) -> ChannelNoise | None:
-    """Noise of one axis alone: :func:`noise_of` of its :func:`axis_rows`."""
+    """Noise of one axis alone by residuals (n,) of several sequences at ``times`` (n,) s: :func:`noise_of` of its :func:`axis_rows`."""
     axis = axis_rows(residuals, times)
     return None if axis is None else noise_of([axis], stated=stated)[0]
 
