@@ -16,11 +16,12 @@ Polynomials of short flights are poor, and a wobble is none: there a misfit woul
 amplitudes [Schwarz 1978].
 
 Short flights cannot tell noise that fades slowly from a misfit, so noise is taken to be as alike as is usual among trackers
-unless the rows say otherwise. The estimate is shared by all sequences of a campaign.
+unless the rows say otherwise: over how many rows beside one has a normal prior. The axes of a channel are as alike, each of its own size;
+both are shared by all sequences of a campaign. How well the size is known says :mod:`estimator.likelihood.noise_freedom`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -47,8 +48,8 @@ LAGS = 3
 """Products are taken of a row with itself, the next and the one after."""
 FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
 """``rho_1`` and ``phi`` that are tried."""
-USUAL = (0.5, 0.5)
-"""Their standard deviations among trackers, before the data (decision 48)."""
+USUAL = 1.0
+"""Rows over which noise is alike beside one: their standard deviation among trackers, before the data (decision 48)."""
 CLIP, ROUNDS = 4.0, 8
 """Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
 WORST = 0.5
@@ -57,7 +58,7 @@ WORST = 0.5
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """Noise of a channel.
+    """Noise of one axis of a channel.
 
     ``sigma``: standard deviation, that of rows that are far off included as far as a fit believes them; ``first``: correlation of a row
     with the next; ``fading``: of each further one, over the one before; ``far``: variance that rows far off add, over that of the others.
@@ -73,11 +74,29 @@ class ChannelNoise:
         """Over how many rows the noise is alike: the variance of a long mean over that of independent rows of the same ``sigma``."""
         return float((1.0 + 2.0 * self.first / (1.0 - self.fading) + self.far) / (1.0 + self.far))
 
+    def repeats_in(self, rows: int) -> float:
+        """The same of the mean of so many ``rows``."""
+        distance = np.arange(1, rows)
+        alike = 2.0 * float(np.sum(self.first * self.fading ** (distance - 1) * (1.0 - distance / rows)))
+        return (1.0 + alike + self.far) / (1.0 + self.far)
 
-def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = None, *, stated: bool = False) -> ChannelNoise | None:
-    """Noise of one channel from the residuals (n,) of several sequences; where it is ``stated``, they are in its standard deviations.
 
-    ``times`` (n,) s of each; left out: rows are evenly spaced. ``None`` where polynomials leave nothing of them.
+@dataclass(frozen=True)
+class AxisRows:
+    """What the rows of one axis say: beside each pair of likeness ``variance`` (k,), and how ``unlike`` (k,) it their products are.
+
+    ``far``: variance that rows far off add, over that of the others.
+    """
+
+    variance: Array
+    unlike: Array
+    far: float
+
+
+def axis_rows(residuals: Sequence[Array], times: Sequence[Array] | None = None) -> AxisRows | None:
+    """Of the residuals (n,) of several sequences; ``None`` where polynomials leave nothing of them.
+
+    ``times`` (n,) s of each; left out: rows are evenly spaced.
     """
     pieces, at = parts(residuals), _spans(residuals, times)
     kept = _near(pieces, at)
@@ -87,16 +106,41 @@ def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = No
     if expected[0, 0] < LEAST_TOLD:
         return None
     products = np.array([sum(float(r[lag:] @ r[: len(r) - lag]) for r in left) for lag in range(LAGS)])
-    variance, correlations = _matched(products, expected)
     dropped, count = sum(int(np.sum(~each)) for each in kept), sum(map(len, kept))
-    far = CLIP**2 * dropped / max(count, 1)
-    if not stated:
-        return ChannelNoise(float(np.sqrt(variance * (1.0 + far))), *correlations, far)
-    excess = max(variance - 1.0, 0.0)
-    alike = np.array([correlations[0], correlations[0] * correlations[1]]) * variance - excess
-    first, second = np.maximum(alike, 0.0)
-    noise = ChannelNoise(1.0, float(first), float(np.clip(second / max(first, 1e-12), 0.0, FADING[-1])))
-    return replace(noise, first=noise.first + 0.5 * far * (1.0 - noise.fading))
+    return AxisRows(*_matched(products, expected), CLIP**2 * dropped / max(count, 1))
+
+
+def noise_of(axes: Sequence[AxisRows], *, stated: bool = False) -> list[ChannelNoise]:
+    """Noise of the ``axes`` of one channel, all as alike and each of its size.
+
+    Where that is ``stated``, residuals are in standard deviations, and each axis is as alike as it seems: what is no noise in one is not in
+    the others.
+    """
+    pairs, _, usual = _tried()
+    if stated:
+        return [_beside_stated(axis, int(np.argmin(axis.unlike + usual))) for axis in axes]
+    best = int(np.argmin(sum((axis.unlike for axis in axes), usual)))
+    first, fading = pairs[best].tolist()
+    return [ChannelNoise(float(np.sqrt(axis.variance[best] * (1.0 + axis.far))), first, fading, axis.far) for axis in axes]
+
+
+def _beside_stated(axis: AxisRows, best: int) -> ChannelNoise:
+    """What residuals have beyond the size that is stated is as alike as it can be."""
+    rho, variance = np.array([1.0, _tried()[0][best, 1]]) * _tried()[0][best, 0], float(axis.variance[best])
+    first, second = np.maximum(rho * variance - max(variance - 1.0, 0.0), 0.0)
+    fading = float(np.clip(second / max(first, 1e-12), 0.0, FADING[-1]))
+    return ChannelNoise(1.0, float(first) + 0.5 * axis.far * (1.0 - fading), fading)
+
+
+def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = None, *, stated: bool = False) -> ChannelNoise | None:
+    """Noise of one axis alone by residuals (n,) of several sequences at ``times`` (n,) s: :func:`noise_of` of its :func:`axis_rows`."""
+    axis = axis_rows(residuals, times)
+    return None if axis is None else noise_of([axis], stated=stated)[0]
+
+
+def freedom_in(rows: int) -> int:
+    """Degrees of freedom that polynomials leave of so many ``rows`` of a sequence."""
+    return sum(max(len(r) - _degree(len(r)) - 1, 0) for r in parts([np.zeros(rows)]))
 
 
 def less_explained(residuals: Sequence[Array], times: Sequence[Array], columns: Sequence[Array]) -> tuple[list[Array], Array]:
@@ -242,15 +286,12 @@ def _tried() -> tuple[Array, Array, Array]:
     """
     pairs = np.array([(first, fading) for first in FIRST for fading in FADING if first <= 0.5 * (1.0 + fading)])
     rho = np.column_stack([np.ones(len(pairs)), pairs[:, :1] * pairs[:, 1:] ** np.arange(LONGEST - 1)])
-    return pairs, rho, np.asarray(np.sum((pairs / USUAL) ** 2, axis=1))
+    return pairs, rho, (2.0 * pairs[:, 0] / (1.0 - pairs[:, 1]) / USUAL) ** 2
 
 
-def _matched(products: Array, expected: Array) -> tuple[float, tuple[float, float]]:
-    """Variance, and the pair whose expected products over squares are the measured ones."""
-    pairs, rho, surprise = _tried()
-    each = rho @ expected.T
+def _matched(products: Array, expected: Array) -> tuple[Array, Array]:
+    """Variance (k,) beside each pair, and the squares (k,) of how far its expected products over squares are off the measured ones."""
+    each = _tried()[1] @ expected.T
     ratios = each[:, 1:] / np.maximum(each[:, :1], 1e-12)
-    misfit = np.sum((ratios - products[1:] / max(products[0], 1e-300)) ** 2, axis=1) * each[:, 0]
-    best = int(np.argmin(misfit + surprise))
-    first, fading = pairs[best].tolist()
-    return max(float(products[0]), 1e-300) / max(float(each[best, 0]), 1e-12), (first, fading)
+    unlike = np.sum((ratios - products[1:] / max(products[0], 1e-300)) ** 2, axis=1) * each[:, 0]
+    return max(float(products[0]), 1e-300) / np.maximum(each[:, 0], 1e-12), unlike

@@ -66,28 +66,38 @@ class Weighed(Protocol):
         ...
 
 
-def weighed(errors: Rows, repeats: Array, jitter_s: float) -> WeighedFrames:
+def weighed(errors: Rows, repeats: Array, jitter_s: float, wider: Array | None = None) -> WeighedFrames:
     """Weights and normal equations; ``jitter_s``: standard deviation of the rows' times, a random shift along ``rate``.
 
     A residual beyond ``HUBER`` has its variance raised until its influence is that of one at ``HUBER``; a shift is taken off before that is
     judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
-    ``repeats`` (c,) of the channels.
+    ``repeats`` (c,) of the channels; ``wider`` (c,): variance of their noise that intervals have, over that which weighs.
     """
     d = errors.rate * jitter_s
     plain = np.where(errors.seen, 1.0 / repeats, 0.0)
     moved = errors.e - d * _along(plain, d, errors.e) if jitter_s else errors.e
     weight = plain / np.maximum(np.abs(moved) / HUBER, 1.0)
-    J, each = errors.J.reshape(-1, errors.J.shape[-1]), weight.reshape(-1, 1)
-    root, W = np.sqrt(each) * J, each * J
-    H = root.T @ root  # of a matrix with itself, which is half the work
+    J, W = errors.J, weight[..., None] * errors.J
+    H = _normal(J, weight, d)
     if jitter_s:
-        gain = 1.0 / (1.0 + np.sum(weight * d**2, axis=1))
-        along = np.einsum("nc,ncp->np", d, W.reshape(errors.J.shape))
-        W -= ((weight * d)[..., None] * (gain[:, None] * along)[:, None]).reshape(J.shape)
-        root = np.sqrt(gain)[:, None] * along
+        W = W - ((weight * d) / (1.0 + _squares(weight, d))[:, None])[..., None] * np.einsum("nc,ncp->np", d, W)[:, None]
+    spread = H if wider is None else _normal(np.sqrt(wider)[:, None] * J, weight, d)
+    g = W.reshape(-1, J.shape[-1]).T @ errors.e.ravel()
+    return WeighedFrames(H, g, W, weight, None, spread, np.sum(errors.e**2, axis=1), errors.seen.sum(axis=1))
+
+
+def _normal(J: Array, weight: Array, d: Array) -> Array:
+    """Normal matrix (p, p) of rows ``J`` (n, c, p) of ``weight`` (n, c), random shifts along ``d`` (n, c) out of it."""
+    root = (np.sqrt(weight)[..., None] * J).reshape(-1, J.shape[-1])
+    H = root.T @ root  # of a matrix with itself, which is half the work
+    if d.any():
+        root = np.einsum("nc,ncp->np", weight * d, J) / np.sqrt(1.0 + _squares(weight, d))[:, None]
         H -= root.T @ root
-    count = errors.seen.sum(axis=1)
-    return WeighedFrames(H, W.T @ errors.e.ravel(), W.reshape(errors.J.shape), weight, None, H, np.sum(errors.e**2, axis=1), count)
+    return np.asarray(H)
+
+
+def _squares(weight: Array, d: Array) -> Array:
+    return np.asarray(np.sum(weight * d**2, axis=1))
 
 
 def _along(weight: Array, d: Array, e: Array) -> Array:

@@ -18,6 +18,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.fitting.system import Arrangement
+from estimator.likelihood.noise_freedom import as_students
 from estimator.likelihood.rows import (
     Density,
     Rows,
@@ -63,8 +64,9 @@ class Trajectories:
 
     def equations(self, campaign: Campaign, number: int, residuals: Rows, model: Model, theta: Array) -> SequenceEquations:
         """Residuals, weighed."""
-        jitter_s = model.random_sigma(theta)
-        return SequenceEquations(replace(residuals, jitter_s=jitter_s), weighed(residuals, campaign.sequences[number].repeats, jitter_s))
+        jitter_s, sequence = model.random_sigma(theta), campaign.sequences[number]
+        frames = weighed(residuals, sequence.repeats, jitter_s, as_students(sequence.freedom))
+        return SequenceEquations(replace(residuals, jitter_s=jitter_s), frames)
 
     def precision(self, sequence: TrajectoryTask) -> Array:
         """None: what is not measured is not varied."""

@@ -7,7 +7,7 @@ effects of a fit have explained. So noise is read about free flight first, and a
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import groupby, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,17 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, sequence_equations
-from estimator.likelihood.alike_noise import ChannelNoise, channel_noise, less_explained, surprise
+from estimator.likelihood.alike_noise import (
+    AxisRows,
+    ChannelNoise,
+    axis_rows,
+    channel_noise,
+    freedom_in,
+    less_explained,
+    noise_of,
+    surprise,
+)
+from estimator.likelihood.noise_freedom import noise_freedom
 from estimator.likelihood.spoiled_rows import Path, kept_rows
 from estimator.measurements.trajectories.task import TrajectoryTask
 
@@ -48,9 +58,14 @@ class _Axis:
     times: list[Array]
 
     @cached_property
+    def told(self) -> AxisRows | None:
+        """By the residuals, beside polynomials in the number of a row: stamps may be rounded, rows of a tracker are evenly spaced."""
+        return axis_rows(self.residuals, self.rows)
+
+    @property
     def noise(self) -> ChannelNoise | None:
-        """Of the residuals, beside polynomials in the number of a row: stamps may be rounded, rows of a tracker are evenly spaced."""
-        return channel_noise(self.residuals, self.rows, stated=self.known)
+        """Of this axis alone."""
+        return None if self.told is None else noise_of([self.told], stated=self.known)[0]
 
     @property
     def surprise(self) -> float:
@@ -87,14 +102,33 @@ def with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:
         Where values whose noise is not stated never differ from a smooth curve.
     """
     tasks: list[TrajectoryTask] = [task.with_noise(1.0) for task in campaign.sequences]
-    for each in _less_an_effect(campaign, fit, list(_axes(campaign, fit))):
-        noise = each.noise
+    axes = _less_an_effect(campaign, fit, list(_axes(campaign, fit)))
+    noises: list[ChannelNoise | None] = []
+    for _, group in groupby(axes, key=lambda each: (each.channel, each.known)):
+        noises += _of_one_channel(list(group))
+    sure = noise_freedom(_freedom(axes, len(tasks)), np.array([each.known for each in axes], dtype=np.bool_))
+    for each, noise, freedom in zip(axes, noises, sure.T, strict=True):
         told = f"{TOLD[each.channel]} {'xyz'[each.axis]}"
         _refuse_without_scatter(None if each.known else noise, [tasks[i].name for i in each.columns], told)
-        for i, k in each.columns.items():
+        for (i, k), rows in zip(each.columns.items(), each.rows, strict=True):
             if noise is not None:
-                tasks[i] = _replaced(tasks[i], k, None if each.known else noise.sigma, noise.repeats)
+                tasks[i] = _replaced(tasks[i], k, None if each.known else noise.sigma, (noise.repeats_in(len(rows)), float(freedom[i])))
     return replace(campaign, sequences=tuple(tasks))
+
+
+def _of_one_channel(axes: list[_Axis]) -> list[ChannelNoise | None]:
+    """Noise of the axes of one channel, which is as alike in all of them; ``None`` where polynomials leave nothing."""
+    each = iter(noise_of([axis.told for axis in axes if axis.told is not None], stated=axes[0].known))
+    return [None if axis.told is None else next(each) for axis in axes]
+
+
+def _freedom(axes: list[_Axis], sequences: int) -> Array:
+    """Degrees of freedom (s, a) of what sequences have along axes."""
+    freedom = np.zeros((sequences, len(axes)))
+    for a, axis in enumerate(axes):
+        for i, rows in zip(axis.columns, axis.rows, strict=True):
+            freedom[i, a] = freedom_in(len(rows))
+    return freedom
 
 
 def _axes(campaign: Campaign, fit: CampaignFit) -> Iterator[_Axis]:
@@ -180,9 +214,9 @@ def _residuals(fit: CampaignFit, task: TrajectoryTask, at: tuple[int, int], *, s
     return np.asarray(e * (task.noise if stated else task.sigma[seen, column]))
 
 
-def _replaced(task: TrajectoryTask, column: int, sigma: float | None, repeats: float) -> TrajectoryTask:
-    new_sigma, new_repeats = task.sigma.copy(), task.repeats.copy()
-    new_repeats[column] = repeats
+def _replaced(task: TrajectoryTask, column: int, sigma: float | None, like: tuple[float, float]) -> TrajectoryTask:
+    new_sigma, new_repeats, new_freedom = task.sigma.copy(), task.repeats.copy(), task.freedom.copy()
+    new_repeats[column], new_freedom[column] = like
     if sigma is not None:
         new_sigma[np.isfinite(task.sigma[:, column]), column] = sigma
-    return replace(task, sigma=new_sigma, repeats=new_repeats)
+    return replace(task, sigma=new_sigma, repeats=new_repeats, freedom=new_freedom)

@@ -149,4 +149,5 @@ def task_of(trajectory: Trajectory) -> TrajectoryTask:
     omega, gyro = (None if values is None else np.nan_to_num(values) for values in (trajectory.omega_world, trajectory.gyro))
     repeats, kept = np.ones(columns.shape[1]), np.ones(len(x), dtype=np.bool_)
     stated = frozenset(name for name, (_, known) in channels.items() if known is not None)
-    return TrajectoryTask(trajectory.name, setting, np.nan_to_num(x), R, omega, columns, repeats, kept, gyro, stated=stated)
+    sure = np.full(len(repeats), np.inf)
+    return TrajectoryTask(trajectory.name, setting, np.nan_to_num(x), R, omega, columns, repeats, kept, sure, gyro, stated=stated)

@@ -36,9 +36,9 @@ class TrajectoryTask:
 
     ``x_world`` (n, 3) m of the centre of mass of the nominal body; ``R_world_body`` (n, 3, 3), ``omega_world`` (n, 3) rad/s and ``gyro``
     (n, 3) rad/s, tracked frame, or ``None``; ``sigma`` (n, c) standard deviations of the c residuals of each row in the order positions,
-    rotations, spins, gyroscope, infinite where nothing was measured; ``repeats`` (c,) over how many rows the noise of each is alike;
-    ``kept`` (n,) rows in use; ``stated``: channels whose noise is; ``spoiled``: rows of which
-    something is set aside.
+    rotations, spins, gyroscope, infinite where nothing was measured; ``repeats`` (c,) over how many rows the noise of each is alike, and
+    ``freedom`` (c,) by how many degrees of freedom it is known; ``kept`` (n,) rows in use; ``stated``: channels whose noise is;
+    ``spoiled``: rows of which something is set aside.
     """
 
     name: str
@@ -49,6 +49,7 @@ class TrajectoryTask:
     sigma: Array
     repeats: Array
     kept: NDArray[np.bool_]
+    freedom: Array
     gyro: Array | None = None
     noise: float = 1.0
     stated: frozenset[str] = frozenset()
