@@ -1,16 +1,14 @@
 """A linearised campaign with the values that every sequence has for itself integrated out.
 
 An effect with a value in every sequence has many columns. Under its prior they are eliminated (Schur's complement), and sets are compared
-in the few shared columns that are left. Where sequences share nothing else, each sequence's columns are turned once to the principal axes
-of their information; under any prior variance of a sequence they then are independent numbers, and no matrix is inverted.
+in the few shared columns that are left. Where sequences share nothing else, each sequence's columns are a block of their own.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 from scipy.linalg.lapack import dpotrs
 from scipy.special import log_ndtr
 
@@ -95,42 +93,52 @@ def _log_share(low: Array, high: Array) -> Array:
 class Own:
     """Columns that sequences have for themselves, in units of their limits, and the few others beside them, ready for elimination.
 
-    ``owner`` (m,): the sequence of each; ``axes`` (m, m): the columns' values of one unit of each; ``information``: (m,) where the units
-    are independent, else (m, m); ``pull`` (m,) and ``cross`` (m, k) with the ``few`` columns.
+    ``rows`` (m,): their numbers; ``group`` (m,): values under one prior, those of one effect in one sequence; ``blocks`` (b + 1,): the
+    first unit of each block that shares no information with others, and the end; ``limits`` (m,); ``information`` (m, m); ``pull`` (m,) and
+    ``cross`` (m, k) with the ``few`` columns.
     """
 
-    owner: Index
-    axes: Array
+    rows: Index
+    group: Index
+    blocks: Index
+    limits: Array
     information: Array
     pull: Array
     cross: Array
     few: Quadratic
 
     @classmethod
-    def of(cls, whole: Quadratic, rows: tuple[Index, ...], limits: Array) -> "Own":
-        """Take the columns ``rows`` [sequence] (q,) out of a quadratic, with all of its columns as the few; ``limits`` (m,)."""
-        index, owner = np.concatenate(rows), np.repeat(np.arange(len(rows)), [len(r) for r in rows])
-        apart = independent(whole.information, rows)
-        G = limits[:, None] * whole.information[np.ix_(index, index)] * limits
-        told = [np.linalg.eigh(G[np.ix_(owner == s, owner == s)]) for s in range(len(rows))] if apart else []
-        axes = limits[:, None] * (block_diag(*(vector for _, vector in told)) if apart else np.eye(len(index)))
-        information = np.maximum(np.concatenate([value for value, _ in told]), 0.0) if apart else G
-        return cls(owner, axes, information, axes.T @ whole.pull[index], axes.T @ whole.information[index], whole)
+    def of(cls, whole: Quadratic, groups: tuple[Index, ...], sequence: Index, limits: Array) -> "Own":
+        """Take the columns ``groups`` [group] (q,) out of a quadratic, with all of its columns as the few.
+
+        ``sequence`` (g,) of each group, growing; ``limits`` (c,) of all columns.
+        """
+        rows, sizes = np.concatenate(groups), np.array([len(group) for group in groups])
+        apart = independent(whole.information, groups, sequence)
+        starts = np.flatnonzero(np.diff(np.repeat(sequence, sizes))) + 1 if apart else np.zeros(0, dtype=np.int64)
+        blocks, limit = np.concatenate([[0], starts, [len(rows)]]), limits[rows]
+        cross = limit[:, None] * whole.information[rows]
+        return cls(
+            rows, np.repeat(np.arange(len(groups)), sizes), blocks, limit, cross[:, rows] * limit, limit * whole.pull[rows], cross, whole
+        )
 
     def beside(self, few: Index) -> "Own":
         """The same beside ``few`` of the other columns; ``few`` (k,): their numbers."""
-        return Own(self.owner, self.axes, self.information, self.pull, self.cross[:, few], self.few.take(few))
+        return replace(self, cross=np.ascontiguousarray(self.cross[:, few]), few=self.few.take(few))
 
     def sums(self, each: Array) -> Array:
-        """Sums (s,) over every sequence's own; ``each`` (m,): a number of every unit."""
-        return np.asarray(np.bincount(self.owner, each), dtype=np.float64)
+        """Sums (g,) over every group; ``each`` (m,): a number of every unit."""
+        return np.asarray(np.bincount(self.group, each), dtype=np.float64)
 
 
-def independent(information: Array, rows: tuple[Index, ...]) -> bool:
-    """Whether columns of different sequences share no information; ``information`` (c, c); ``rows`` (q,) of each sequence: its columns."""
-    index = np.concatenate(rows)
-    sequence = np.repeat(np.arange(len(rows)), [len(r) for r in rows])
+def independent(information: Array, groups: tuple[Index, ...], sequence: Index) -> bool:
+    """Whether columns of different sequences share no information.
+
+    ``information`` (c, c); ``groups`` [group] (q,): columns; ``sequence`` (g,) of each group.
+    """
+    index = np.concatenate(groups)
+    owner = np.repeat(sequence, [len(group) for group in groups])
     G = information[np.ix_(index, index)]
     scale = np.sqrt(np.maximum(np.diag(G), 1e-300))
-    between = np.abs(G) / np.outer(scale, scale) * (sequence[:, None] != sequence)
+    between = np.abs(G) / np.outer(scale, scale) * (owner[:, None] != owner)
     return bool(between.max(initial=0.0) < BLOCKS)

@@ -83,13 +83,13 @@ class _At:
 class _Parts:
     """What of a set is the same at all scales.
 
-    The effect whose values of every sequence are integrated ``out``, its ``own``, if there is one, and the others, ``of_few``, with their
-    columns ``few``, those columns' ``bounds`` (3, k), and what was ``searched`` for (nats).
+    Effects with values of every sequence, by ``groups`` (effect, sequence), are integrated ``out``; the others, ``of_few``, have columns
+    ``few`` with ``bounds`` (3, k); what was ``searched`` for (nats).
     """
 
-    own: int | None
     of_few: tuple[int, ...]
     few: NDArray[np.int64]
+    groups: tuple[tuple[int, int], ...]
     out: Own | None
     bounds: Array
     searched: float
@@ -107,13 +107,12 @@ class Evidence:
         self._rows = [self.of.rows(e) for e in effects]
         self._own = [self._sequences(e) for e in effects]
         none = np.zeros(0, dtype=np.int64)
-        self._rows = [self._rows[e] if own is None else np.concatenate([none, *own]) for e, own in enumerate(self._own)]
+        self._rows = [self._rows[e] if own is None else np.concatenate([none, *own.values()]) for e, own in enumerate(self._own)]
         self._limits = [self._limit(e) for e in effects]
         self._scales = [SHARES if np.isfinite([p.plausible for p in e.entry.parameters]).all() else UNITS for e in self.of.effects]
         self._bounds = np.array([self._bounds_of(column) for column in self.of.columns]).reshape(-1, 3).T
         self._whole = Quadratic(self.of.information, self.of.pull, self.of.misfit)
-        self._apart: dict[int, Own] = {}
-        self._taken: dict[tuple[int, tuple[int, ...]], Own] = {}
+        self._apart: dict[tuple[int, ...], Own] = {}
         self._hint: dict[int, int] = {}
         self._parts: dict[tuple[int, ...], _Parts] = {}
         freedom = None if self.of.count is None else NOISE_FREEDOM + self.of.count
@@ -132,23 +131,23 @@ class Evidence:
         low, high = (BEYOND * each for each in entry.parameters[column.parameter].plausible)
         return (-np.inf, np.inf, False) if entry.scope.own else (low, high, low == 0.0 or high == 0.0)
 
-    def _sequences(self, effect: int) -> tuple[NDArray[np.int64], ...] | None:
+    def _sequences(self, effect: int) -> dict[int, NDArray[np.int64]] | None:
         """Rows of an effect with values of every sequence, by sequence; ``None`` for others."""
         if not self.of.effects[effect].entry.scope.own or not len(self._rows[effect]):
             return None
         owner = [self.of.columns[row].sequence for row in self._rows[effect]]
-        rows = [np.array([r for r, o in zip(self._rows[effect], owner, strict=True) if o == s]) for s in dict.fromkeys(owner)]
-        return tuple(self._worth_their_start(effect, rows))
+        rows = {s: np.array([r for r, o in zip(self._rows[effect], owner, strict=True) if o == s]) for s in dict.fromkeys(owner)}
+        return self._worth_their_start(effect, rows)
 
-    def _worth_their_start(self, effect: int, rows: list[NDArray[np.int64]]) -> list[NDArray[np.int64]]:
+    def _worth_their_start(self, effect: int, rows: dict[int, NDArray[np.int64]]) -> dict[int, NDArray[np.int64]]:
         """Where a place is searched for in every sequence, those in which it gains more than the best of as many places by chance."""
         tried = self.of.tried(effect)
         if tried == 1:
             return rows
-        some = [r for r in rows if self._at_least_one(effect, r)]
-        gain = [0.5 * float(np.sum(self.of.pull[r] ** 2 / np.diag(self.of.information)[r])) for r in some]
-        kept = [r for r, g in zip(some, gain, strict=True) if g > np.log(tried * len(rows))]
-        return kept or [some[int(np.argmax(gain))]] if some else []
+        some = {s: r for s, r in rows.items() if self._at_least_one(effect, r)}
+        gain = {s: 0.5 * float(np.sum(self.of.pull[r] ** 2 / np.diag(self.of.information)[r])) for s, r in some.items()}
+        least = min(np.log(tried * len(rows)), max(gain.values(), default=0.0))
+        return {s: r for s, r in some.items() if gain[s] >= least}
 
     def _at_least_one(self, effect: int, rows: NDArray[np.int64]) -> bool:
         """Whether what comes in whole numbers is, alone, nearer to one than to none."""
@@ -191,13 +190,11 @@ class Evidence:
         scaled = self.scaled(members)
         sized = self.sized(scaled.members)
         at = self._at(sized, scaled.scales)
-        noise = self._noise_model.at(at.shared.misfit)
-        own = self._scattered(sized)
+        noise, out = self._noise_model.at(at.shared.misfit), self._parts_of(tuple(sized)).out
         rows, mean, variance = at.few, at.shared.mean, np.diag(at.shared.covariance)
-        if own is not None:
-            axes = self._out(own, at.few).axes
-            rows, mean = np.concatenate([rows, self._rows[own]]), np.concatenate([mean, axes @ at.own])
-            variance = np.concatenate([variance, axes**2 @ at.spread])
+        if out is not None:
+            rows, mean = np.concatenate([rows, out.rows]), np.concatenate([mean, out.limits * at.own])
+            variance = np.concatenate([variance, out.limits**2 * at.spread])
         fit = self.of.misfit - 2.0 * float(self.of.pull[rows] @ mean) + float(mean @ self.of.information[np.ix_(rows, rows)] @ mean)
         log_likelihood = self._log_density(max(fit, 0.0)) + sum(self.of.gain(e) for e in scaled.members)
         log_likelihood += log_share_inside(self._bounds[:, at.few], at.shared, noise)
@@ -207,10 +204,10 @@ class Evidence:
         """Information (q,) that the priors of a set give, by the rows of :meth:`fitted`."""
         scaled = self.scaled(members)
         sized = self.sized(scaled.members)
-        scale = dict(zip(sized, scaled.scales, strict=True))
-        own = self._scattered(sized)
-        order = [e for e in sized if e != own] + ([] if own is None else [own])
-        return np.concatenate([np.zeros(0), *((scale[e] * self._limits[e]) ** -2.0 for e in order)])
+        precision, parts = np.zeros(len(self.of.columns)), self._parts_of(tuple(sized))
+        for e, scale in zip(sized, scaled.scales, strict=True):
+            precision[self._rows[e]] = (scale * self._limits[e]) ** -2.0
+        return precision[parts.few if parts.out is None else np.concatenate([parts.few, parts.out.rows])]
 
     def _scaled(self, members: tuple[int, ...]) -> Scaled:
         """Climb to the most probable scales; of each effect's scales the best and its neighbours are summed, the others hardly count."""
@@ -243,18 +240,15 @@ class Evidence:
     def _beside(self, effect: int, place: int) -> list[int]:
         return [j for j in (place - 1, place + 1) if 0 <= j < len(self._scales[effect])]
 
-    def _scattered(self, sized: Sequence[int]) -> int | None:
-        """The effect whose values of every sequence are integrated out: one that is noise, or that of most columns."""
-        return max((e for e in sized if self._own[e]), key=lambda e: (self.of.effects[e].noise, len(self._rows[e])), default=None)
-
     def _at(self, sized: Sequence[int], scales: Sequence[float]) -> _At:
         """A set at given scales of its effects' priors."""
         scale, known = dict(zip(sized, scales, strict=True)), self._parts_of(tuple(sized))
         sigma = np.concatenate([np.zeros(0), *(scale[e] * self._limits[e] for e in known.of_few)])
-        if known.own is None or known.out is None:
+        if known.out is None:
             shared, values, spread, tails = posterior(self._whole.take(known.few), sigma), np.zeros(0), np.zeros(0), 0.0
         else:
-            student = Student(scale[known.own], self.of.effects[known.own].freedom)
+            effects = [e for e, _ in known.groups]
+            student = Student(np.array([scale[e] for e in effects]), np.array([self.of.effects[e].freedom for e in effects]))
             found, tails = with_tails(known.out, student, sigma, self._noise_model)
             shared, values, spread = found.few, found.own, found.spread
         noise = self._noise_model.at(shared.misfit)
@@ -264,21 +258,18 @@ class Evidence:
     def _parts_of(self, sized: tuple[int, ...]) -> _Parts:
         """What of a set is the same at all scales."""
         if sized not in self._parts:
-            own = self._scattered(sized)
-            of_few = tuple(e for e in sized if e != own)
+            own = {e: self._own[e] or {} for e in sized if self._own[e]}
+            of_few = tuple(e for e in sized if e not in own)
             few = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in of_few)])
-            out = None if own is None else self._out(own, few)
-            self._parts[sized] = _Parts(own, of_few, few, out, self._bounds[:, few], self._searched(sized))
+            groups = tuple(sorted(((e, s) for e, rows in own.items() for s in rows), key=lambda group: (group[1], group[0])))
+            if own and tuple(own) not in self._apart:
+                limits = np.zeros(len(self.of.columns))
+                for e in own:
+                    limits[self._rows[e]] = self._limits[e]
+                self._apart[tuple(own)] = Own.of(self._whole, tuple(own[e][s] for e, s in groups), np.array([s for _, s in groups]), limits)
+            out = self._apart[tuple(own)].beside(few) if own else None
+            self._parts[sized] = _Parts(of_few, few, groups, out, self._bounds[:, few], self._searched(sized))
         return self._parts[sized]
-
-    def _out(self, effect: int, few: NDArray[np.int64]) -> Own:
-        """An effect's columns in every sequence, ready for elimination beside ``few``."""
-        if effect not in self._apart:
-            self._apart[effect] = Own.of(self._whole, self._own[effect] or (), self._limits[effect])
-        key = (effect, tuple(few.tolist()))
-        if key not in self._taken:
-            self._taken[key] = self._apart[effect].beside(few)
-        return self._taken[key]
 
     def _log_density(self, misfit: float) -> float:
         """Logarithm of the density of a sum of squares: Student's, of every sequence or of all together."""
@@ -289,4 +280,4 @@ class Evidence:
     def _searched(self, sized: Sequence[int]) -> float:
         """Logarithm of how many starts were tried where the best was taken, of every sequence that has its own."""
         among = {e: len({c.sequence for c in self.of.columns if c.effect == e}) for e in sized if self.of.tried(e) > 1}
-        return sum(max(len(self._own[e] or ()), 1) * float(np.log(self.of.tried(e) * n)) for e, n in among.items())
+        return sum(max(len(self._own[e] or {}), 1) * float(np.log(self.of.tried(e) * n)) for e, n in among.items())

@@ -33,56 +33,54 @@ def sizes(seed: int) -> tuple[Array, Array, Array]:
 
 
 def eliminated(own: Own, variance: Array) -> tuple[Quadratic, Array]:
-    """The quadratic of the few columns with the units integrated out under prior ``variance`` (s,) of the sequences.
+    """The quadratic of the few columns with the units integrated out under prior ``variance`` (g,) of the groups.
 
-    Beside it the units' covariance where the few are known: (m,) where they are independent, else (m, m).
+    Beside it the units' covariance (m, m) where the few are known.
     """
-    prior, few = variance[own.owner], own.few
-    if own.information.ndim == 1:
-        ratio = 1.0 + prior * own.information
-        covariance, half = prior / ratio, 0.5 * float(np.log(ratio).sum())
-        mean, root = covariance * own.pull, np.sqrt(covariance)[:, None] * own.cross
-        taken = root.T @ root
-    else:
-        alone = posterior(Quadratic(own.information, own.pull, 0.0), np.sqrt(prior))
-        covariance, half, mean = alone.covariance, alone.half_log_det, alone.mean
-        taken = own.cross.T @ covariance @ own.cross
-    misfit = few.misfit - float(own.pull @ mean)
-    return Quadratic(few.information - taken, few.pull - own.cross.T @ mean, misfit, few.half_log_det + half), covariance
+    few, alone = own.few, posterior(Quadratic(own.information, own.pull, 0.0), np.sqrt(variance[own.group]))
+    misfit = few.misfit - float(own.pull @ alone.mean)
+    information = few.information - own.cross.T @ alone.covariance @ own.cross
+    return Quadratic(information, few.pull - own.cross.T @ alone.mean, misfit, few.half_log_det + alone.half_log_det), alone.covariance
 
 
 def units(own: Own, covariance: Array, few: Array) -> Array:
-    """Means (m,) of the units at values (k,) of the few columns; ``covariance`` (m,) or (m, m)."""
-    left = own.pull - own.cross @ few
-    return covariance * left if covariance.ndim == 1 else covariance @ left
+    """Means (m,) of the units at values (k,) of the few columns; ``covariance`` (m, m)."""
+    return covariance @ (own.pull - own.cross @ few)
+
+
+def taken_out(whole: Quadratic, limits: Array, rows: tuple[NDArray[np.int64], ...] = OWN_ROWS, *, effects: int = 1) -> Own:
+    """The own columns ``rows``, of one effect or, one column each, of two; ``limits`` (m,)."""
+    groups = rows if effects == 1 else tuple(np.array([row]) for each in rows for row in each)
+    sequence = np.repeat(np.arange(len(rows)), [1 if effects == 1 else len(each) for each in rows])
+    return Own.of(whole, groups, sequence, np.concatenate([np.zeros(FEW), limits])).beside(FEW_ROWS)
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("hanging", [False, True])
 @pytest.mark.parametrize("rows", [OWN_ROWS, (*OWN_ROWS[:-1], OWN_ROWS[-1][:1])])
-def test_elimination_is_the_posterior_of_all_columns(seed: int, hanging: bool, rows: tuple[NDArray[np.int64], ...]) -> None:
+@pytest.mark.parametrize("effects", [1, 2])
+def test_elimination_is_the_posterior_of_all_columns(seed: int, hanging: bool, rows: tuple[NDArray[np.int64], ...], effects: int) -> None:
     whole, (few, limits, variance) = quadratic(seed, hanging=hanging), sizes(seed)
     index = np.concatenate(rows)
     limits = limits[: len(index)]
-    sigma = limits * np.sqrt(np.repeat(variance, [len(r) for r in rows]))
+    taken = taken_out(whole, limits, rows, effects=effects)
+    assert len(taken.blocks) == (2 if hanging else SEQUENCES + 1)
+    prior = np.resize(variance, taken.group[-1] + 1)
+    sigma = limits * np.sqrt(prior[taken.group])
     every = posterior(whole.take(np.concatenate([FEW_ROWS, index])), np.concatenate([few, sigma]))
-    taken = Own.of(whole, rows, limits).beside(FEW_ROWS)
-    assert (taken.information.ndim == 2) is hanging
-    left, covariance = eliminated(taken, variance)
+    left, covariance = eliminated(taken, prior)
     shared = posterior(left, few)
     assert shared.misfit == pytest.approx(every.misfit, rel=1e-9)
     assert shared.half_log_det == pytest.approx(every.half_log_det, rel=1e-9)
     np.testing.assert_allclose(shared.mean, every.mean[:FEW], rtol=1e-8, atol=1e-12)
     np.testing.assert_allclose(shared.covariance, every.covariance[:FEW, :FEW], rtol=1e-8, atol=1e-12)
-    np.testing.assert_allclose(taken.axes @ units(taken, covariance, shared.mean), every.mean[FEW:], rtol=1e-7, atol=1e-10)
-    alone = posterior(whole.take(index), sigma)
-    spread = covariance if covariance.ndim == 1 else np.diag(covariance)
-    np.testing.assert_allclose(taken.axes**2 @ spread, np.diag(alone.covariance), rtol=1e-8)
+    np.testing.assert_array_equal(taken.rows, index)
+    np.testing.assert_allclose(taken.limits * units(taken, covariance, shared.mean), every.mean[FEW:], rtol=1e-7, atol=1e-10)
 
 
 def test_values_without_a_prior_scale_are_not_there() -> None:
     whole, (few, limits, _) = quadratic(1), sizes(1)
-    left = eliminated(Own.of(whole, OWN_ROWS, limits).beside(FEW_ROWS), np.zeros(SEQUENCES))[0]
+    left = eliminated(taken_out(whole, limits), np.zeros(SEQUENCES))[0]
     with_few, without = posterior(left, few), posterior(whole.take(FEW_ROWS), few)
     assert with_few.misfit == pytest.approx(without.misfit)
     assert with_few.half_log_det == pytest.approx(without.half_log_det)
@@ -95,5 +93,5 @@ def test_a_set_without_columns_leaves_everything() -> None:
 
 
 def test_sequences_that_share_a_thing_do_not_pass_for_blocks() -> None:
-    assert independent(quadratic(3).information, OWN_ROWS)
-    assert not independent(quadratic(3, hanging=True).information, OWN_ROWS)
+    assert independent(quadratic(3).information, OWN_ROWS, np.arange(SEQUENCES))
+    assert not independent(quadratic(3, hanging=True).information, OWN_ROWS, np.arange(SEQUENCES))

@@ -1,4 +1,4 @@
-"""What is compiled is what is worked out in plain steps, for sequences that share nothing and for those that do."""
+"""What is compiled is what is worked out in plain steps, for sequences that share nothing and those that do, of one effect and two."""
 
 import numpy as np
 import pytest
@@ -6,16 +6,16 @@ from numpy.typing import NDArray
 
 from estimator.likelihood.reduced import Own, posterior
 from estimator.likelihood.tails import AT_ONCE, MOST_WEIGHED, WEIGHED, Noise, Student, Weighed, with_tails
-from tests.estimator.likelihood.test_reduced import FEW, FEW_ROWS, OWN_ROWS, eliminated, quadratic, sizes, units
+from tests.estimator.likelihood.test_reduced import FEW, FEW_ROWS, eliminated, quadratic, sizes, taken_out, units
 
 
 def _in_plain_steps(own: Own, student: Student, sigma: NDArray[np.float64], noise: Noise) -> Weighed:
-    scale, freedom, q = student.scale, student.freedom, own.sums(np.ones(len(own.owner)))
+    scale, freedom, q = student.scale, student.freedom, own.sums(np.ones(len(own.group)))
     w = np.ones(len(q))
     for _ in range(MOST_WEIGHED):
         quadratic, covariance = eliminated(own, scale**2 / w)
         shared = posterior(quadratic, sigma)
-        values, variance = units(own, covariance, shared.mean), covariance if covariance.ndim == 1 else np.diag(covariance)
+        values, variance = units(own, covariance, shared.mean), np.diag(covariance)
         square = values**2 / noise.at(shared.misfit)
         size = freedom + own.sums(square + variance) / scale**2
         rate = w * own.sums(variance * (variance + 2.0 * square)) / (size * scale**4)
@@ -30,12 +30,14 @@ def _in_plain_steps(own: Own, student: Student, sigma: NDArray[np.float64], nois
 @pytest.mark.parametrize("few", [FEW, 0])
 @pytest.mark.parametrize("noise", [Noise(1.0, 0.0), Noise(0.1, 0.002)])
 @pytest.mark.parametrize("hanging", [False, True])
-def test_rounds_are_those_in_plain_steps(few: int, noise: Noise, freedom: float, hanging: bool) -> None:
+@pytest.mark.parametrize("effects", [1, 2])
+def test_rounds_are_those_in_plain_steps(few: int, noise: Noise, freedom: float, hanging: bool, effects: int) -> None:
     whole, (sigma, limits, _) = quadratic(3, hanging=hanging), sizes(3)
-    own = Own.of(whole, OWN_ROWS, limits).beside(FEW_ROWS[:few])
-    assert (own.information.ndim == 2) is hanging
-    found, _ = with_tails(own, Student(0.3, freedom), sigma[:few], noise)
-    expected = _in_plain_steps(own, Student(0.3, freedom), sigma[:few], noise)
+    own = taken_out(whole, limits, effects=effects).beside(FEW_ROWS[:few])
+    groups = np.arange(own.group[-1] + 1) % effects
+    student = Student(0.3 + 0.5 * groups, freedom + groups)
+    found, _ = with_tails(own, student, sigma[:few], noise)
+    expected = _in_plain_steps(own, student, sigma[:few], noise)
     for name in ("own", "spread", "precision"):
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), rtol=1e-10, atol=1e-14)
     for name in ("mean", "factor", "misfit", "half_log_det", "covariance"):
