@@ -203,11 +203,12 @@ def arranged(campaign: Campaign, equations: tuple[SequenceEquations, ...], model
 class _Projection:
     """What all parameters do with one unit of each of c candidates, those of the fit to undo it.
 
-    ``local`` [sequence] (l, c), and ``shared`` (b + c + 1, c): the fit's b and then the candidates themselves, all ``at`` their places.
+    ``shared`` (b, c): what the fit's b do less; they and then the candidates lie ``at`` their places; ``local`` [sequence] (l, k): how what
+    is the sequence's alone follows its k of them.
     """
 
     at: Arrangement
-    local: tuple[Array, ...]
+    local: Array
     shared: Array
 
 
@@ -229,9 +230,7 @@ def _projected(campaign: Campaign, fit: CampaignFit, linear: Linear) -> tuple[Ef
     B = stable_inverse(reduced.H[:b, :b]) @ reduced.H[:b, b:-1]
     H = reduced.H[b:-1, b:-1] - reduced.H[b:-1, :b] @ B
     scores = EfficientScores(linear.columns, reduced.g[b:-1] - B.T @ reduced.g[:b], 0.5 * (H + H.T), np.zeros((0, 0)))
-    shared = np.vstack([-B, np.eye(c + 1, c)])
-    local = tuple(answer @ shared[place] for answer, place in zip(reduced.answer, at.place, strict=True))
-    return scores, _Projection(at, local, shared), np.diag(H) > SMALLEST_VISIBLE * whole[b:-1]
+    return scores, _Projection(at, reduced.answer, B), np.diag(H) > SMALLEST_VISIBLE * whole[b:-1]
 
 
 def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
@@ -251,19 +250,21 @@ def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
 def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index]) -> Array:
     """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
-    at, shared, b = projection.at, projection.shared[:, kept], fit.layout.size
-    total = shared[:b].T @ fit.system(campaign).known.H @ shared[:b]
+    at, B, b = projection.at, projection.shared[:, kept], fit.layout.size
     weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
+    total = np.zeros((b + len(linear.columns) + 1,) * 2)
+    total[:b, :b] = fit.system(campaign).known.H
     for each, place, local in zip(linear.equations, at.place, projection.local, strict=True):
-        change = np.empty((each.frames.weighted.shape[-1], len(kept)))
-        change[at.local], change[at.shared] = local[:, kept], shared[place]
+        change = np.empty((each.frames.weighted.shape[-1], len(place)))
+        change[at.local], change[at.shared] = local, np.eye(len(place))
         along, spread = each.frames.combined(change, more)
         weighted.append(along)
-        total += spread
+        np.add.at(total, (place[:, None], place), spread)
     errors = [each.errors for each in linear.equations]
-    same = Arrangement((np.arange(len(kept)),) * len(errors), len(kept))
-    total += campaign.kind.repeated_noise(campaign, errors, weighted, same, errors)
-    return np.asarray(0.5 * (total + total.T))
+    total += campaign.kind.repeated_noise(campaign, errors, weighted, Arrangement(at.place, len(total)), errors)
+    undone = B.T @ (total[:b, b + kept] - 0.5 * total[:b, :b] @ B)
+    M = total[np.ix_(b + kept, b + kept)] - undone - undone.T
+    return np.asarray(0.5 * (M + M.T))
 
 
 def test_of(

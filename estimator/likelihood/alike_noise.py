@@ -225,7 +225,7 @@ def _near(pieces: Sequence[Array], at: Sequence[Array]) -> list[Kept]:
     kept = [np.ones(len(r), dtype=np.bool_) for r in pieces]
     for _ in range(ROUNDS):
         rows = [_Rows.of(each, u) for each, u in zip(kept, at, strict=True)]
-        off = [r - _smooth(r, each) for r, each in zip(pieces, rows, strict=True)]
+        off = [r - _smoother(each) @ r for r, each in zip(pieces, rows, strict=True)]
         spread = [np.sqrt(np.maximum(np.diag(_projector(each)), 0.0)) for each in rows]
         told = [each & (s > SEEN) for each, s in zip(kept, spread, strict=True)]
         sizes = [np.abs(r[t]) / s[t] for r, s, t in zip(off, spread, told, strict=True)]
@@ -255,10 +255,11 @@ def polynomials(at: Array) -> Array:
     return np.asarray(legendre.legvander(at, _degree(len(at))))
 
 
-def _smooth(r: Array, rows: _Rows) -> Array:
-    """The polynomial (n,) through the rows that are kept."""
-    A, kept = rows.polynomials, rows.flags
-    return np.asarray(A @ np.linalg.lstsq(A[kept], r[kept], rcond=None)[0])
+@lru_cache(maxsize=256)
+def _smoother(rows: _Rows) -> Array:
+    """What makes the polynomial through the rows that are kept of residuals (n, n)."""
+    A = rows.polynomials
+    return np.asarray(A @ np.linalg.pinv(A * rows.flags[:, None]))
 
 
 @lru_cache(maxsize=256)
