@@ -6,6 +6,7 @@ time within a sequence, or of image coordinates, scaled to [-1, 1].
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -37,9 +38,15 @@ def curves(name: str, unit: str, degrees: range, step: float) -> tuple[Parameter
     )
 
 
+@lru_cache(maxsize=4096)
+def _values(at: float, degree: int) -> Array:
+    """Polynomials (degree + 1,) at one phase: every derivative of a flight asks for them at the same moments."""
+    return np.asarray(legendre.legvander(at, degree).ravel())
+
+
 def curve_at(theta: Array, moment: Moment, setting: Setting) -> Array:
     """Those curves (m, 3) at a moment; ``theta`` (m, 3 d)."""
-    basis = legendre.legvander(phase(moment.time_s, setting), theta.shape[1] // 3 - 1).ravel()
+    basis = _values(float(phase(moment.time_s, setting)), theta.shape[1] // 3 - 1)
     return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
 
 
