@@ -268,6 +268,14 @@ _ENTRIES = (
         searched=("length",),
     ),
     EffectEntry(
+        "spin_drag",
+        Stage.DYNAMICS,
+        Scope.PARTICLE,
+        (Parameter("coefficient", "1", (0.0, 0.5), 1e-4, "drag that the spin adds, over m |omega| v"),),
+        "dv/dt = g - coefficient |omega| v: drag that grows with the spin",
+        "Davies, J. Appl. Phys. 20 (1949) 821: lift and drag of golf balls both grow with the spin",
+    ),
+    EffectEntry(
         "unmeasured_lift",
         Stage.DYNAMICS,
         Scope.SEQUENCE,
@@ -449,6 +457,7 @@ TRACKED_ONLY = (
     "stamp_scatter",
     "products_of_inertia",
     "saturating_lift",
+    "spin_drag",
     "steady_wind",
     "unmeasured_lift",
     "nutation_damping",

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 SCALES = ("frame_rate", "length_scale")
 """Effects that only a known acceleration can tell from velocities and spins of another size."""
 FREE_ACCELERATIONS = ("gravity", "uniform_acceleration")
-THROUGH_AIR = ("linear_drag", "quadratic_drag", "magnus_lift", "saturating_lift")
+THROUGH_AIR = ("linear_drag", "quadratic_drag", "magnus_lift", "saturating_lift", "spin_drag")
 """Effects by which a wind acts."""
 WIND = "steady_wind"
 NO_GRAVITY = 1e-6

@@ -16,6 +16,7 @@ from estimator.effects.catalogue.dynamics.nutation_damping import NutationDampin
 from estimator.effects.catalogue.dynamics.quadratic_drag import QuadraticDrag
 from estimator.effects.catalogue.dynamics.saturating_lift import SaturatingLift
 from estimator.effects.catalogue.dynamics.spin_damping import SpinDamping
+from estimator.effects.catalogue.dynamics.spin_drag import SpinDrag
 from estimator.effects.catalogue.dynamics.steady_wind import SteadyWind
 from estimator.effects.catalogue.dynamics.uniform_acceleration import UniformAcceleration
 from estimator.effects.catalogue.dynamics.unmeasured_lift import UnmeasuredLift
@@ -56,6 +57,7 @@ MODELS: dict[str, EffectModel] = {
         QuadraticDrag(),
         MagnusLift(),
         SaturatingLift(),
+        SpinDrag(),
         UnmeasuredLift(),
         SteadyWind(),
         SpinDamping(),

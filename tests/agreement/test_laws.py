@@ -344,6 +344,16 @@ def saturating_lift(key: str) -> None:
     assert abs(float(np.asarray(lifts[1])[0] @ start.v)) < 1e-12
 
 
+def spin_drag(key: str) -> None:
+    """At the spin that a drag coefficient of 1/m needs to do as much, the quadratic one; nothing where nothing spins."""
+    start, c = flight(), 2.0
+    at = Moment(0.0, start.x[None], start.v[None], start.omega[None], start.omega[None], np.eye(3)[None])
+    same = c * np.linalg.norm(start.v) / np.linalg.norm(start.omega)
+    drag = MODELS["quadratic_drag"].acceleration(np.array([[c]]), at, SETTING)
+    np.testing.assert_allclose(MODELS[key].acceleration(np.array([[same]]), at, SETTING), drag)
+    assert not np.any(MODELS[key].acceleration(np.array([[same]]), replace(at, omega=0.0 * at.omega), SETTING))
+
+
 def steady_wind(key: str) -> None:
     """In a frame that moves with the air the flight is that in still air; nothing happens without drag."""
     w, c = np.array([0.4, -0.3, 0.2]), np.array([2.0])
@@ -422,7 +432,7 @@ LAWS: dict[str, Callable[[str], None]] = {
         *(products_of_inertia, nutation_damping, clock_offset, stamp_scatter),
         *(magnus_lift, spin_damping, radial_distortion, tangential_distortion, principal_point, pixel_aspect, focal_length),
         *(camera_vibration, defocus_growth, motion_blur_threshold, rolling_shutter, outline_offset, view_outline_offset, blooming),
-        *(rim_light_leak, saturating_lift, steady_wind, unmeasured_lift, position_distortion, gyroscope_bias, gyroscope_scale),
+        *(rim_light_leak, saturating_lift, spin_drag, steady_wind, unmeasured_lift, position_distortion, gyroscope_bias, gyroscope_scale),
     )
 } | {"gravity": constant_acceleration, "uniform_acceleration": constant_acceleration}
 

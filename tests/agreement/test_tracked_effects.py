@@ -27,6 +27,7 @@ SIZES = {
     "stamp_scatter": {"share": 0.9},
     "quadratic_drag": {"per_length": 0.15},
     "saturating_lift": {"coefficient": 5e-3, "length": 0.04},
+    "spin_drag": {"coefficient": 2e-3},
     "steady_wind": {"w_x": 0.6, "w_y": -0.5, "w_z": 0.3},
     "position_distortion": {"k": 0.01, "p_x": 0.004, "p_y": -0.006, "p_z": 0.003},
     "unmeasured_lift": {"w_x": 0.1, "w_y": -0.15, "w_z": 0.05},
@@ -36,6 +37,7 @@ SIZES = {
 CASES = {
     "stamp_scatter": ("stamp_scatter",),
     "saturating_lift": ("quadratic_drag", "saturating_lift"),
+    "spin_drag": ("quadratic_drag", "spin_drag"),
     "steady_wind": ("quadratic_drag", "steady_wind"),
     "position_distortion": ("position_distortion",),
     "unmeasured_lift": ("unmeasured_lift",),

@@ -84,6 +84,7 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
                 "products_of_inertia",
                 "magnus_lift",
                 "saturating_lift",
+                "spin_drag",
                 "spin_damping",
                 "nutation_damping",
             },
