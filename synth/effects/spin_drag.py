@@ -1,7 +1,7 @@
 """Drag that grows with the spin, beside what a ball at rest about its centre has.
 
-``dv/dt = g - coefficient |omega| u``, u the velocity through the air, as a drag coefficient that grows with S = r omega / u has it [Davies, J.
-Appl. Phys. 20 (1949) 821]; no torque.
+``dv/dt = g - coefficient |omega| u``, u the velocity through the air: a drag coefficient that grows with S = r omega / u [Davies, J. Appl.
+Phys. 20 (1949) 821]; no torque.
 
 Valid for balls at S up to about 1.
 """
