@@ -17,8 +17,8 @@ from estimator.likelihood.reduced import Own, Posterior
 
 Array = NDArray[np.float64]
 MOST_WEIGHED, WEIGHED, AT_ONCE = 12, 0.02, 4.0
-"""Times that sequences' precisions and values are found in turn at most, the relative change after which they have settled, and how many
-steps of a slow sequence are taken at once at most."""
+"""Times that groups' precisions and values are found in turn at most, the relative change after which they have settled, and how many steps
+of a slow group are taken at once at most, and how long (in logarithms) a step may become by that."""
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,10 @@ def _inverse_factor(information, root, L, inverse):  # type: ignore[no-untyped-d
                 value -= L[i, n] * L[j, n]
             if j < i:
                 L[i, j] = value / L[j, j]
-            elif not 1.0 + value > 0.0:
-                raise LinAlgError("expected a positive definite matrix")
+            elif np.isnan(value):
+                raise LinAlgError("expected information that is a number")
             else:
-                L[i, i] = np.sqrt(1.0 + value)
+                L[i, i] = np.sqrt(1.0 + max(value, 0.0))  # of 1 + D G D no pivot is less than one
         half += np.log(L[i, i])
         for n in range(i):
             for j in range(n + 1):
@@ -154,7 +154,9 @@ def _changed(w, group, units, student, noise):  # type: ignore[no-untyped-def]
         q[g] += 1.0
     for g in range(len(w)):
         rate = w[g] * slope[g] / (size[g] * scale[g] ** 4)
-        step = np.log((freedom[g] + q[g]) / (size[g] * w[g])) / max(1.0 - rate, 1.0 / AT_ONCE)
+        step = np.log((freedom[g] + q[g]) / (size[g] * w[g]))
+        most = max(abs(step), AT_ONCE)  # a rate is that of small steps
+        step = min(max(step / max(1.0 - rate, 1.0 / AT_ONCE), -most), most)
         w[g] *= np.exp(step)
         longest = max(longest, abs(step))
     return longest
@@ -163,15 +165,11 @@ def _changed(w, group, units, student, noise):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True)
 def _solved_in_place(A, b, sigma):  # type: ignore[no-untyped-def]
     """``1 + D A D`` of A becomes its factor, b the mean ``D (1 + D A D)⁻¹ D b``; log determinant, and what it takes."""
-    k, taken = len(b), 0.0
-    A[:] = np.linalg.cholesky(np.eye(k) + sigma.reshape(-1, 1) * A * sigma)
-    for i in range(k):
-        b[i] = (b[i] * sigma[i] - np.sum(A[i, :i] * b[:i])) / A[i, i]
-        taken += b[i] ** 2
-    for i in range(k - 1, -1, -1):
-        b[i] = (b[i] - np.sum(A[i + 1 :, i] * b[i + 1 :])) / A[i, i]
-    b *= sigma
-    return 2.0 * np.sum(np.log(np.diag(A))), taken
+    L, inverse = np.zeros_like(A), np.zeros_like(A)
+    half = _inverse_factor(A, sigma, L, inverse)
+    told = inverse @ (sigma * b)
+    A[:], b[:] = L, sigma * (inverse.T @ told)
+    return 2.0 * half, np.sum(told**2)
 
 
 def _width_of_precision(told: Array, freedom: Array) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.likelihood.reduced import Own, posterior
+from estimator.likelihood.reduced import Own, Quadratic, posterior
 from estimator.likelihood.tails import AT_ONCE, MOST_WEIGHED, WEIGHED, Noise, Student, Weighed, with_tails
 from tests.estimator.likelihood.test_reduced import FEW, FEW_ROWS, eliminated, quadratic, sizes, taken_out, units
 
@@ -19,7 +19,9 @@ def _in_plain_steps(own: Own, student: Student, sigma: NDArray[np.float64], nois
         square = values**2 / noise.at(shared.misfit)
         size = freedom + own.sums(square + variance) / scale**2
         rate = w * own.sums(variance * (variance + 2.0 * square)) / (size * scale**4)
-        step = np.log((freedom + q) / (size * w)) / np.maximum(1.0 - rate, 1.0 / AT_ONCE)
+        step = np.log((freedom + q) / (size * w))
+        most = np.maximum(np.abs(step), AT_ONCE)
+        step = np.clip(step / np.maximum(1.0 - rate, 1.0 / AT_ONCE), -most, most)
         w = w * np.exp(step)
         if np.abs(step).max() < WEIGHED:
             break
@@ -42,3 +44,13 @@ def test_rounds_are_those_in_plain_steps(few: int, noise: Noise, freedom: float,
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), rtol=1e-10, atol=1e-14)
     for name in ("mean", "factor", "misfit", "half_log_det", "covariance"):
         np.testing.assert_allclose(getattr(found.few, name), getattr(expected.few, name), rtol=1e-10, atol=1e-14)
+
+
+def test_values_that_are_the_same_thing_twice_are_factorised_at_any_scale() -> None:
+    """Of two effects that do the same rounding leaves less than nothing where priors are ever so wide: half of each is as probable."""
+    G, b = 1e6 * np.ones((2, 2)) - 1e-9 * np.eye(2), np.array([2e6, 2e6])
+    whole = Quadratic(G, b, 4e6 + 3.0)
+    own = Own.of(whole, (np.array([0]), np.array([1])), np.zeros(2, dtype=np.int64), np.ones(2)).beside(np.zeros(0, dtype=np.int64))
+    found, tails = with_tails(own, Student(np.full(2, 1e8), np.full(2, 3.0)), np.zeros(0), Noise(1.0, 0.0))
+    assert np.isfinite(tails)
+    assert found.own.sum() == pytest.approx(2.0, rel=1e-2)
