@@ -203,13 +203,13 @@ def arranged(campaign: Campaign, equations: tuple[SequenceEquations, ...], model
 class _Projection:
     """What all parameters do with one unit of each of c candidates, those of the fit to undo it.
 
-    ``shared`` (b, c): what the fit's b do less; they and then the candidates lie ``at`` their places; ``local`` [sequence] (l, k): how what
+    ``undone`` (b, c): what the fit's b do less; they and then the candidates lie ``at`` their places; ``local`` [sequence] (l, k): how what
     is the sequence's alone follows its k of them.
     """
 
     at: Arrangement
     local: Array
-    shared: Array
+    undone: Array
 
 
 LEAST_NOISE = 0.1
@@ -250,7 +250,7 @@ def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
 def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index]) -> Array:
     """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
-    at, B, b = projection.at, projection.shared[:, kept], fit.layout.size
+    at, B, b = projection.at, projection.undone[:, kept], fit.layout.size
     weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
     total = np.zeros((b + len(linear.columns) + 1,) * 2)
     total[:b, :b] = fit.system(campaign).known.H
@@ -262,8 +262,8 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
         np.add.at(total, (place[:, None], place), spread)
     errors = [each.errors for each in linear.equations]
     total += campaign.kind.repeated_noise(campaign, errors, weighted, Arrangement(at.place, len(total)), errors)
-    undone = B.T @ (total[:b, b + kept] - 0.5 * total[:b, :b] @ B)
-    M = total[np.ix_(b + kept, b + kept)] - undone - undone.T
+    less = B.T @ (total[:b, b + kept] - 0.5 * total[:b, :b] @ B)
+    M = total[np.ix_(b + kept, b + kept)] - less - less.T
     return np.asarray(0.5 * (M + M.T))
 
 

@@ -14,7 +14,7 @@ from estimator.likelihood.rows import NOISE_FREEDOM
 
 Array = NDArray[np.float64]
 TAIL = 0.975
-"""Where the quantile of Student's t is taken from: intervals are of 95%."""
+"""Upper quantile of a 95% interval: what interval is told, no unknown."""
 
 
 def noise_freedom(freedom: Array, known: NDArray[np.bool_]) -> Array:
@@ -39,4 +39,4 @@ def noise_freedom(freedom: Array, known: NDArray[np.bool_]) -> Array:
 
 def as_students(freedom: Array) -> Array:
     """By how much larger a variance is whose normal 95% interval is that of Student's t of ``freedom`` (...)."""
-    return np.asarray((stdtrit(freedom, TAIL) / ndtri(TAIL)) ** 2)
+    return np.where(np.isinf(freedom), 1.0, (stdtrit(freedom, TAIL) / ndtri(TAIL)) ** 2)

@@ -81,7 +81,7 @@ def weighed(errors: Rows, repeats: Array, jitter_s: float, wider: Array | None =
     H = _normal(J, weight, d)
     if jitter_s:
         W = W - ((weight * d) / (1.0 + _squares(weight, d))[:, None])[..., None] * np.einsum("nc,ncp->np", d, W)[:, None]
-    spread = H if wider is None else _normal(np.sqrt(wider)[:, None] * J, weight, d)
+    spread = H if wider is None or (wider == 1.0).all() else _normal(np.sqrt(wider)[:, None] * J, weight, d)
     g = W.reshape(-1, J.shape[-1]).T @ errors.e.ravel()
     return WeighedFrames(H, g, W, weight, None, spread, np.sum(errors.e**2, axis=1), errors.seen.sum(axis=1))
 

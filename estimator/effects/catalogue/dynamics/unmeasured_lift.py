@@ -4,7 +4,7 @@
 has now and then a wrong axis or sign; the flight tells. Along the flight w does nothing. Valid while the spin keeps its axis and size.
 
 Drag grows with the spin, too [Davies 1949; Nathan 2008]. So what a reading is wrong by, which is noise, is a lift and a drag,
-``w x v - d v``; of d four tenths of w are plausible, as the drag of balls grows by four tenths of their lift.
+``w x v - d v``; of d four tenths of w are plausible, by judgement.
 
 Wind is not in it: ``w x wind`` is one more steady acceleration of every flight. A wind that acted through values of every flight's own
 would carry them into sets that do not have them: linearised, its three numbers would explain what each flight has of its own.
