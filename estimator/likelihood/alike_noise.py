@@ -15,9 +15,9 @@ Polynomials of short flights are poor, and a wobble is none: there a misfit woul
 :func:`less_explained` takes off what an effect does, too, and :func:`surprise` says by Schwarz's criterion whether that is worth its
 amplitudes [Schwarz 1978].
 
-Short flights cannot tell noise that fades slowly from a misfit, so noise is taken to be as alike as is usual among trackers
-unless the rows say otherwise: over how many rows beside one has a normal prior. The axes of a channel are as alike, each of its own size;
-both are shared by all sequences of a campaign. How well the size is known says :mod:`estimator.likelihood.noise_freedom`.
+Short flights cannot tell noise that fades slowly from a misfit, so noise is taken to be as alike as is usual among trackers unless the rows
+say otherwise: over how many rows beside one has a half-Cauchy prior, as scales have [Gelman 2006]. The axes of a channel are as alike, each
+of its own size; both are shared by all sequences of a campaign. How well the size is known says :mod:`estimator.likelihood.noise_freedom`.
 """
 
 from collections.abc import Sequence
@@ -49,7 +49,7 @@ LAGS = 3
 FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
 """``rho_1`` and ``phi`` that are tried."""
 USUAL = 1.0
-"""Rows over which noise is alike beside one: their standard deviation among trackers, before the data (decision 48)."""
+"""Rows over which noise is alike beside one: the scale of their half-Cauchy density among trackers, before the data (decision 48)."""
 CLIP, ROUNDS = 4.0, 8
 """Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
 WORST = 0.5
@@ -126,8 +126,8 @@ def noise_of(axes: Sequence[AxisRows], *, stated: bool = False) -> list[ChannelN
 
 def _beside_stated(axis: AxisRows, best: int) -> ChannelNoise:
     """What residuals have beyond the size that is stated is as alike as it can be."""
-    rho, variance = np.array([1.0, _tried()[0][best, 1]]) * _tried()[0][best, 0], float(axis.variance[best])
-    first, second = np.maximum(rho * variance - max(variance - 1.0, 0.0), 0.0)
+    (rho, fades), variance = _tried()[0][best], float(axis.variance[best])
+    first, second = np.maximum(rho * np.array([1.0, fades]) * variance - max(variance - 1.0, 0.0), 0.0)
     fading = float(np.clip(second / max(first, 1e-12), 0.0, FADING[-1]))
     return ChannelNoise(1.0, float(first) + 0.5 * axis.far * (1.0 - fading), fading)
 
@@ -287,7 +287,7 @@ def _tried() -> tuple[Array, Array, Array]:
     """
     pairs = np.array([(first, fading) for first in FIRST for fading in FADING if first <= 0.5 * (1.0 + fading)])
     rho = np.column_stack([np.ones(len(pairs)), pairs[:, :1] * pairs[:, 1:] ** np.arange(LONGEST - 1)])
-    return pairs, rho, (2.0 * pairs[:, 0] / (1.0 - pairs[:, 1]) / USUAL) ** 2
+    return pairs, rho, 2.0 * np.log1p((2.0 * pairs[:, 0] / (1.0 - pairs[:, 1]) / USUAL) ** 2)
 
 
 def _matched(products: Array, expected: Array) -> tuple[Array, Array]:
