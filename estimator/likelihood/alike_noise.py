@@ -27,6 +27,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
+from scipy.special import softmax
 
 from estimator.geometry.robust_scale import robust_sigma
 
@@ -92,6 +93,10 @@ class AxisRows:
     unlike: Array
     far: float
 
+    def sigma(self, probable: Array) -> float:
+        """Standard deviation, the mean of its logarithm, of those beside pairs that are as ``probable`` (k,)."""
+        return float(np.exp(0.5 * probable @ np.log(self.variance)))
+
 
 def axis_rows(residuals: Sequence[Array], times: Sequence[Array] | None = None) -> AxisRows | None:
     """Of the residuals (n,) of several sequences; ``None`` where polynomials leave nothing of them.
@@ -116,17 +121,29 @@ def noise_of(axes: Sequence[AxisRows], *, stated: bool = False) -> list[ChannelN
     Where that is ``stated``, residuals are in standard deviations, and each axis is as alike as it seems: what is no noise in one is not in
     the others.
     """
-    pairs, _, usual = _tried()
     if stated:
-        return [_beside_stated(axis, int(np.argmin(axis.unlike + usual))) for axis in axes]
-    best = int(np.argmin(sum((axis.unlike for axis in axes), usual)))
-    first, fading = pairs[best].tolist()
-    return [ChannelNoise(float(np.sqrt(axis.variance[best] * (1.0 + axis.far))), first, fading, axis.far) for axis in axes]
+        return [_beside_stated(axis) for axis in axes]
+    probable, first, fading = _likeness(axes)
+    return [ChannelNoise(axis.sigma(probable) * float(np.sqrt(1.0 + axis.far)), first, fading, axis.far) for axis in axes]
 
 
-def _beside_stated(axis: AxisRows, best: int) -> ChannelNoise:
+def _likeness(axes: Sequence[AxisRows]) -> tuple[Array, float, float]:
+    """How probable each pair of likeness is by some axes (k,), and their means ``rho_1`` and ``phi``.
+
+    Means are of the logarithms of how many rows are alike and of what fades, in which all that a process can be is convex: the best pair
+    alone jumps where two are as good.
+    """
+    (first, fading), _, usual = _tried()
+    probable = softmax(usual - 0.5 * np.sum([axis.unlike for axis in axes], axis=0)) if axes else np.exp(usual)
+    fades = float(np.exp(probable @ np.log1p(-fading)))
+    beside = float(np.expm1(probable @ np.log1p(2.0 * first / (1.0 - fading))))
+    return probable, 0.5 * beside * fades, 1.0 - fades
+
+
+def _beside_stated(axis: AxisRows) -> ChannelNoise:
     """What residuals have beyond the size that is stated is as alike as it can be."""
-    (rho, fades), variance = _tried()[0][best], float(axis.variance[best])
+    probable, rho, fades = _likeness([axis])
+    variance = axis.sigma(probable) ** 2
     first, second = np.maximum(rho * np.array([1.0, fades]) * variance - max(variance - 1.0, 0.0), 0.0)
     fading = float(np.clip(second / max(first, 1e-12), 0.0, FADING[-1]))
     return ChannelNoise(1.0, float(first) + 0.5 * axis.far * (1.0 - fading), fading)
@@ -281,13 +298,16 @@ def _expected(rows: _Rows) -> Array:
 
 @lru_cache(maxsize=1)
 def _tried() -> tuple[Array, Array, Array]:
-    """Every pair of ``FIRST`` and ``FADING`` that a process can have (k, 2), its autocorrelations (k, ``LONGEST``), and its surprise (k,).
+    """Every pair of ``FIRST`` and ``FADING`` that a process can have (2, k), its autocorrelations (k, ``LONGEST``), and how probable it is.
 
-    That is minus twice the logarithm of what is usual.
+    That is a logarithm (k,), before the data: rows are independent or not, at even odds.
     """
     pairs = np.array([(first, fading) for first in FIRST for fading in FADING if first <= 0.5 * (1.0 + fading)])
     rho = np.column_stack([np.ones(len(pairs)), pairs[:, :1] * pairs[:, 1:] ** np.arange(LONGEST - 1)])
-    return pairs, rho, 2.0 * np.log1p((2.0 * pairs[:, 0] / (1.0 - pairs[:, 1]) / USUAL) ** 2)
+    usual = 1.0 / (1.0 + (2.0 * pairs[:, 0] / (1.0 - pairs[:, 1]) / USUAL) ** 2)
+    independent = pairs[:, 0] == 0.0
+    usual /= np.where(independent, usual[independent].sum(), usual[~independent].sum())
+    return pairs.T, rho, np.log(0.5 * usual)
 
 
 def _matched(products: Array, expected: Array) -> tuple[Array, Array]:

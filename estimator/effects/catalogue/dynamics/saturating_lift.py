@@ -32,5 +32,5 @@ class SaturatingLift(EffectModel):
         del setting
         u = moment.through_air
         speed = np.maximum(sizes(u), 1e-12)
-        left = np.maximum(1.0 + theta[:, 1:] * sizes(moment.omega) / speed, LEAST)
+        left = 1.0 + np.abs(theta[:, 1:]) * sizes(moment.omega) / speed
         return np.asarray(theta[:, :1] * cross_product(moment.omega, u) / left)
