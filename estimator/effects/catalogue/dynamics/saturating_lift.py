@@ -12,8 +12,6 @@ from estimator.motion.rigid_body import cross_product, sizes
 
 LENGTHS_M = (0.01, 0.05, 0.25)
 """Where a search begins: 5.8 radii of balls from 2 mm to 4 cm."""
-LEAST = 0.1
-"""Of the denominator, which steps of a fit may take below zero."""
 
 
 class SaturatingLift(EffectModel):
@@ -28,9 +26,9 @@ class SaturatingLift(EffectModel):
         return np.array([[0.0, length] for length in LENGTHS_M])
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
-        """``C omega x u / (1 + l |omega| / |u|)``."""
+        """``C omega x u / (1 + l |omega| / |u|)``; a length below zero, where steps of a fit may lead, is none."""
         del setting
         u = moment.through_air
         speed = np.maximum(sizes(u), 1e-12)
-        left = 1.0 + np.abs(theta[:, 1:]) * sizes(moment.omega) / speed
+        left = 1.0 + np.maximum(theta[:, 1:], 0.0) * sizes(moment.omega) / speed
         return np.asarray(theta[:, :1] * cross_product(moment.omega, u) / left)
