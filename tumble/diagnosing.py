@@ -20,7 +20,7 @@ from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, d
 from estimator.diagnosis.explain import ESTABLISHED, Explanation, Step, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
-from estimator.diagnosis.selection.names import possible_beside, possible_names, widened
+from estimator.diagnosis.selection.names import left_out, possible_beside, possible_names, widened
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.effects.choosing import catalogue, in_cameras
@@ -47,7 +47,7 @@ from tumble.diagnosis_documents import (
     verdict_entry,
 )
 from tumble.implausible import ball_words, believed, checks, fall_words
-from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
+from tumble.limiting import beside_words, fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import advised
@@ -298,7 +298,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     steps, apart = _step_entries(explanation, campaign)
     of_contact = () if contact is None else (contact.sentence,)
     axes = axes_words(campaign.observations, explanation.found)
-    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *axes, *scattered(explanation), *verdict.remarks, *of_contact))
+    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *beside_words(left_out(best, keys)))
+    verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     if _a_force(rest):

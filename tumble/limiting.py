@@ -128,6 +128,12 @@ def names_sentence(group: Sequence[UnderName]) -> str:
     return f"One number, {len(names)} names: {' or '.join(names)}.{settled}"
 
 
+def beside_words(left_out: Sequence[UnderName]) -> tuple[str, ...]:
+    """What is probable, but not established, beside something unknown, in a sentence; none where there is nothing."""
+    told = [_under(name) for name in left_out if not name.unknown]
+    return (f"Probable beside what is unknown, though not established: {'; '.join(told)}.",) if told else ()
+
+
 def settling(group: Sequence[str]) -> tuple[str, ...]:
     """What a user can state so that a group of effects is settled, in a sentence; none where there is nothing that he could."""
     ways = [SETTLED_BY[key] for key in group if key in SETTLED_BY]

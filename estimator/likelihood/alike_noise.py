@@ -3,9 +3,9 @@
 A polynomial in time is taken off the residuals of every sequence and channel first, so that what a model misses does not count as noise,
 and rows that are far off are set aside. What is left, ``P r``, has the covariance ``sigma² P K P``, where ``K`` is that of an
 ARMA(1, 1) process, ``rho_k = rho_1 phi^(k-1)`` [Box, Jenkins, Reinsel and Ljung 2015, ch. 3]: rows may be alike over two or three, fade
-slowly, or do so beside noise that does not. Its ``rho_1`` and ``phi`` are those whose expected products with the next row and the one
-after, over the squares, are the measured ones; ``sigma`` follows from the squares. Such noise weighs on slow effects as white noise of a
-variance ``repeats`` times as large would, which is what fits and tests are told.
+slowly, or do so beside noise that does not. Its ``rho_1`` and ``phi`` are means over all that there are, by how near their expected
+products with the next row and the one after, over the squares, are to the measured ones; ``sigma`` follows from the squares. Such noise
+weighs on slow effects as white noise of a variance ``repeats`` times as large would, which is what fits and tests are told.
 
 Whatever is faster than those polynomials counts as noise, a shaking table as much as a bad tracker: only noise that is stated tells them
 apart. Where it is, the stated size stands, and only the likeness of rows is estimated: residuals that are larger than stated are not noise,
@@ -16,7 +16,8 @@ Polynomials of short flights are poor, and a wobble is none: there a misfit woul
 amplitudes [Schwarz 1978].
 
 Short flights cannot tell noise that fades slowly from a misfit, so noise is taken to be as alike as is usual among trackers unless the rows
-say otherwise: over how many rows beside one has a half-Cauchy prior, as scales have [Gelman 2006]. The axes of a channel are as alike, each
+say otherwise: rows are independent, at even odds, or over how many beside one they are alike has a half-Cauchy prior, as scales have
+[Gelman 2006]. The axes of a channel are as alike, each
 of its own size; both are shared by all sequences of a campaign. How well the size is known says :mod:`estimator.likelihood.noise_freedom`.
 """
 

@@ -30,7 +30,7 @@ from tests.tumble.test_effect_writing import diagnosis
 from tumble.cli.main import main
 from tumble.diagnosing import not_applicable, verdict_of_explanation
 from tumble.diagnosis_documents import Entry
-from tumble.limiting import names_sentence
+from tumble.limiting import beside_words, names_sentence
 from tumble.reports.campaign_page import render
 from tumble.reports.verdict import Verdict
 from tumble.unknowns import NO_LAW, _exponent_words, _sentences, law_command, unknown_entry, with_unknown
@@ -168,6 +168,15 @@ def test_a_number_has_the_unknown_among_its_names_once() -> None:
         "One number, 3 names: linear drag rate 0.200 ± 0.020 1/s (50%) or trigger jitter (< 1%) or something that no known effect "
         "describes (50%)."
     )
+
+
+def test_what_is_probable_beside_something_unknown_is_told_with_its_values() -> None:
+    lift = UnderName((Part("magnus_lift", (EFFECTS["magnus_lift"].parameters[0],), np.array([5e-4]), np.array([2e-4])),), 0.88)
+    family = UnderName((Part("volume_warp", (), np.zeros(0), np.zeros(0)),), 0.97, unknown=True)
+    assert beside_words([family, lift]) == (
+        "Probable beside what is unknown, though not established: magnus lift coefficient (5.0 ± 2.0)e-04 (88%).",
+    )
+    assert beside_words([family]) == ()
 
 
 def explanation(*found: str, left: bool = False, sure: float = 0.99) -> Any:

@@ -110,12 +110,12 @@ def _part(at: At, members: Set, effect: int) -> Part:
 def possible_names(at: At, groups: Sequence[Sequence[UnderName]], model: Sequence[str]) -> tuple[Possible, ...]:
     """What may be true beside a ``model``: other names of what it has, what is neither shown nor excluded, what was left out."""
     other = (name for group in groups for name in group[1:] if not name.unknown)
-    return _possible_parts(at, (*other, *_additions(at), *_left_out(at, model)), model)
+    return _possible_parts(at, (*other, *_additions(at), *left_out(at, model)), model)
 
 
 def possible_beside(at: At, model: Sequence[str]) -> LeftOut:
     """What was left out of a ``model``: the values that it is told with have a part of that in them, whatever their names."""
-    return LeftOut(_possible_parts(at, _left_out(at, model), model), tuple(key for key in model if key not in at.keys))
+    return LeftOut(_possible_parts(at, left_out(at, model), model), tuple(key for key in model if key not in at.keys))
 
 
 def _possible_parts(at: At, names: Sequence[UnderName], model: Sequence[str]) -> tuple[Possible, ...]:
@@ -139,8 +139,8 @@ def _additions(at: At) -> list[UnderName]:
     return sorted(found, key=lambda name: -name.probability)
 
 
-def _left_out(at: At, model: Sequence[str]) -> list[UnderName]:
-    """What the most probable set has beside a model: something unknown, and what is not established beside it."""
+def left_out(at: At, model: Sequence[str]) -> list[UnderName]:
+    """What the most probable set has beside a ``model``: something unknown, and what is not established beside it."""
     without = (e for e in at.members if at.trial.evidence.of.effects[e].entry.key not in model)
     return [_under(at, Name((e,), at.members, 0.0), at.posterior.probability(e)) for e in without]
 

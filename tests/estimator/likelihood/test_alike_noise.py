@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimator.likelihood.alike_noise import CLIP, channel_noise, less_explained, surprise
+from estimator.likelihood.alike_noise import CLIP, axis_rows, channel_noise, less_explained, noise_of, surprise
 
 
 def drawn(rho: float, rng: np.random.Generator, n: int) -> np.ndarray:
@@ -104,3 +104,21 @@ def test_polynomials_of_long_sequences_are_those_of_their_pieces() -> None:
     assert noise.sigma == pytest.approx(1.0, rel=0.02)
     _, amplitudes = less_explained([residuals + 3.0 * shape[:, 0]], [times], [shape])
     assert amplitudes[0] == pytest.approx(3.0, abs=0.05)
+
+
+def test_a_little_more_misfit_changes_noise_by_little() -> None:
+    """Three axes that are more and less alike: no jump from one likeness to another."""
+    rng = np.random.default_rng(16)
+    axes = [[drawn(rho, rng, int(n)) for n in rng.integers(20, 40, size=8)] for rho in (0.3, 0.5, 0.1)]
+    found = []
+    for share in np.linspace(0.0, 0.5, 11):
+        told = [axis_rows([r + share * np.linspace(-1.0, 1.0, len(r)) ** 5 for r in axis]) for axis in axes]
+        found.append([(noise.sigma, noise.repeats) for noise in noise_of([each for each in told if each is not None])])
+    assert np.abs(np.diff(np.log(found), axis=0)).max() < 0.01
+
+
+def test_rows_that_say_nothing_of_likeness_are_independent_or_not_at_even_odds() -> None:
+    axis = axis_rows([np.array([0.0, 1.0, -1.0, 0.5, 2.0])])
+    assert axis is not None
+    (noise,) = noise_of([axis])
+    assert 1.05 < noise.repeats < 2.0
