@@ -257,9 +257,8 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
     for each, place, local in zip(linear.equations, at.place, projection.local, strict=True):
         change = np.empty((each.frames.weighted.shape[-1], len(place)))
         change[at.local], change[at.shared] = local, np.eye(len(place))
-        along, spread = each.frames.combined(change, more)
-        weighted.append(along)
-        np.add.at(total, (place[:, None], place), spread)
+        weighted.append(each.frames.combined(change, more))
+        np.add.at(total, (place[:, None], place), weighted[-1].meat)
     errors = [each.errors for each in linear.equations]
     total += campaign.kind.repeated_noise(campaign, errors, weighted, Arrangement(at.place, len(total)), errors)
     less = B.T @ (total[:b, b + kept] - 0.5 * total[:b, :b] @ B)

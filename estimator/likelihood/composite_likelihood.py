@@ -80,28 +80,51 @@ class WeighedFrames:
     @cached_property
     def meat(self) -> Array:
         """The gradient's covariance (p, p) within sightings."""
-        return self.known + self._spread(self.weighted)
+        return self.known + self.spread(self.weighted)
 
     def noisier(self, more: float) -> Array:
         """The gradient's covariance (p, p) where the sightings' noise is ``more`` times what its model says."""
         return self.known + more * (self.meat - self.known)
 
-    def combined(self, change: Array, more: float = 1.0) -> tuple[Array, Array]:
-        """Weights (n, k, 2, c) and gradient's covariance (c, c) of combinations ``change`` (p, c) of the parameters.
+    def combined(self, change: Array, more: float = 1.0) -> "Combined":
+        """In combinations ``change`` (p, c) of the parameters; ``more``: the sightings' noise over what its model says."""
+        return Combined(self, change, more)
 
-        ``more``: the sightings' noise over what its model says.
-        """
-        *places, p = self.weighted.shape
-        along = (self.weighted.reshape(-1, p) @ change).reshape(*places, -1)
-        return along, change.T @ self.known @ change + more * self._spread(along)
-
-    def _spread(self, along: Array) -> Array:
+    def spread(self, along: Array) -> Array:
+        """Covariance (c, c) of ``along`` (n, k, 2, c), transposed, times the sightings' noise."""
         return np.zeros((along.shape[-1],) * 2) if self.noise is None else self.noise.spread(along)
 
     @property
     def mean_square(self) -> float:
         """Mean square of the standardised errors, 1 where the residuals are as large as the noise model says."""
         return float(self.chi2.sum() / max(int(self.count.sum()), 1))
+
+
+@dataclass(frozen=True)
+class Combined:
+    """Weighed ``frames`` in combinations ``change`` (p, c) of the parameters, the sightings' noise ``more`` times what its model says.
+
+    Weights are worked out where they are asked for: noise that is in the normal equations alone needs none.
+    """
+
+    frames: WeighedFrames
+    change: Array
+    more: float
+
+    @cached_property
+    def weighted(self) -> Array:
+        """``W`` (n, k, 2, c) of the combinations."""
+        *places, p = self.frames.weighted.shape
+        return np.asarray((self.frames.weighted.reshape(-1, p) @ self.change).reshape(*places, -1))
+
+    @property
+    def meat(self) -> Array:
+        """The gradient's covariance (c, c)."""
+        known = self.change.T @ self.frames.known @ self.change
+        return known if self.frames.noise is None else known + self.more * self.frames.spread(self.weighted)
+
+
+Weighted = WeighedFrames | Combined
 
 
 def linear_errors(errors: TangencyErrors, S: Array) -> tuple[Array, Array]:

@@ -31,7 +31,7 @@ class CampaignCovariance:
 def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovariance:
     """Covariance of all parameters at a fit."""
     system, more = fit.system(campaign), campaign.kind.noise_ratio(campaign, fit.equations)
-    errors, weighted = [each.errors for each in fit.equations], [each.frames.weighted for each in fit.equations]
-    repeated = campaign.kind.repeated_noise(campaign, errors, weighted, fit.layout)
+    errors, frames = [each.errors for each in fit.equations], [each.frames for each in fit.equations]
+    repeated = campaign.kind.repeated_noise(campaign, errors, frames, fit.layout)
     noise = system.added(each.frames.noisier(more) for each in fit.equations) + repeated
     return CampaignCovariance(system.sandwich(noise), fit.layout.places)

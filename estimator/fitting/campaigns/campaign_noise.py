@@ -11,7 +11,7 @@ from estimator.appearance.model_errors import ModelErrors
 from estimator.fitting.campaigns.campaign import Campaign
 from estimator.fitting.system import Arrangement, Index
 from estimator.likelihood.body_fixed_error import BodyPlaces, body_places, field_product, measured_variance, on_body
-from estimator.likelihood.composite_likelihood import noise_of_views
+from estimator.likelihood.composite_likelihood import Weighted, noise_of_views
 from estimator.likelihood.correlated_sums import AlongOutlines
 
 Array = NDArray[np.float64]
@@ -28,9 +28,13 @@ See notebook 10."""
 
 
 def repeated_noise(
-    campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], at: Arrangement, like: Sequence[ModelErrors] | None = None
+    campaign: Campaign,
+    errors: Sequence[ModelErrors],
+    frames: Sequence[Weighted],
+    at: Arrangement,
+    like: Sequence[ModelErrors] | None = None,
 ) -> Array:
-    """What views and the body add to the covariance (p, p) of ``sum weightedᵀ e``; ``weighted`` [sequence] (n, k, 2, c) lie ``at`` places.
+    """What views and the body add to the covariance (p, p) of ``sum weightedᵀ e`` of ``frames`` (s,), whose columns lie ``at`` places.
 
     ``like`` [sequence]: errors of another fit, of which the body-fixed part is measured; these ``errors`` if ``None``.
     """
@@ -38,11 +42,16 @@ def repeated_noise(
     for particle in sorted(set(campaign.particle)):
         rows = [i for i, p in enumerate(campaign.particle) if p == particle]
         noise = _of_particle(campaign, [errors[i] for i in rows], rows[0], None if like is None else [like[i] for i in rows])
-        flat, places = [weighted[i].reshape(np.prod(weighted[i].shape[:3]), -1) for i in rows], [at.places[i] for i in rows]
+        flat, places = [_flat(frames[i].weighted) for i in rows], [at.places[i] for i in rows]
         if all(np.array_equal(place, places[0]) for place in places):
             flat, places = [np.concatenate(flat)], places[:1]
         noise.add(total, flat, places)
     return total + total.T
+
+
+def _flat(weighted: Array) -> Array:
+    """Of (n, k, 2, c), (2 n k, c)."""
+    return weighted.reshape(-1, weighted.shape[-1])
 
 
 @dataclass(frozen=True)

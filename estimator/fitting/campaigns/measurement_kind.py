@@ -14,6 +14,7 @@ from datasets.estimate import FrameReport
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.system import Arrangement
+from estimator.likelihood.composite_likelihood import Weighted
 from estimator.likelihood.rows import Density
 from estimator.motion.flight import Flight
 
@@ -57,11 +58,11 @@ class MeasurementKind(Protocol):
         ...
 
     def repeated_noise(
-        self, campaign: "Campaign", errors: Sequence[Any], weighted: Sequence[Array], at: Arrangement, like: Sequence[Any] | None = None
+        self, campaign: "Campaign", errors: Sequence[Any], frames: Sequence[Weighted], at: Arrangement, like: Sequence[Any] | None = None
     ) -> Array:
         """Covariance (p, p) of ``sum weightedᵀ e`` from noise that enters more than one sighting; as large as in ``like``, if given.
 
-        ``weighted`` [sequence] (n, ..., c): derivatives by parameters that lie ``at`` their places among p.
+        ``frames`` (s,) of the sequences, in parameters that lie ``at`` their places among p.
         """
         ...
 

@@ -17,6 +17,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, fit_campaign
 from estimator.fitting.system import Arrangement
+from estimator.likelihood.composite_likelihood import Weighted
 from estimator.likelihood.rows import (
     Density,
     density,
@@ -95,10 +96,10 @@ class Outlines:
         return robust_cost(residuals, sequence.repeats) if residuals.seen.any() else float("inf")
 
     def repeated_noise(
-        self, campaign: Campaign, errors: Sequence[OutlineErrors], weighted: Sequence[Array], at: Arrangement, like: Any = None
+        self, campaign: Campaign, errors: Sequence[OutlineErrors], frames: Sequence[Weighted], at: Arrangement, like: Any = None
     ) -> Array:
         """None: what repeats is the surface's, which is among the parameters."""
-        del campaign, errors, weighted, like
+        del campaign, errors, frames, like
         return np.zeros((at.p, at.p))
 
     def sightings(self, sequence: OutlineTask) -> int:

@@ -22,7 +22,7 @@ from estimator.effects.model import Model, overrides
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.fitting.campaigns.campaign_noise import repeated_noise
 from estimator.fitting.system import Arrangement
-from estimator.likelihood.composite_likelihood import RandomShift, weigh_linear
+from estimator.likelihood.composite_likelihood import RandomShift, Weighted, weigh_linear
 from estimator.likelihood.rows import UNKNOWN, Density
 from estimator.likelihood.time_shifts import TimeShifts, likeness, noise_ratio, time_derivative, time_shifts
 from estimator.measurements.silhouettes.imagined import Pictures
@@ -89,10 +89,10 @@ class Silhouettes:
         return float((rho * seen).sum() / max(seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)
 
     def repeated_noise(
-        self, campaign: Campaign, errors: Sequence[Any], weighted: Sequence[Array], at: Arrangement, like: Sequence[Any] | None = None
+        self, campaign: Campaign, errors: Sequence[Any], frames: Sequence[Weighted], at: Arrangement, like: Sequence[Any] | None = None
     ) -> Array:
         """That of the calibrated views and of the body."""
-        return repeated_noise(campaign, errors, weighted, at, like)
+        return repeated_noise(campaign, errors, frames, at, like)
 
     def sightings(self, sequence: SequenceTask) -> int:
         """Outlines in use."""

@@ -18,6 +18,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.fitting.system import Arrangement
+from estimator.likelihood.composite_likelihood import Weighted
 from estimator.likelihood.noise_freedom import as_students
 from estimator.likelihood.rows import (
     Density,
@@ -79,10 +80,10 @@ class Trajectories:
         return robust_cost(residuals, sequence.repeats)
 
     def repeated_noise(
-        self, campaign: Campaign, errors: Sequence[Rows], weighted: Sequence[Array], at: Arrangement, like: Sequence[Rows] | None = None
+        self, campaign: Campaign, errors: Sequence[Rows], frames: Sequence[Weighted], at: Arrangement, like: Sequence[Rows] | None = None
     ) -> Array:
         """None: every row has its own."""
-        del campaign, errors, weighted, like
+        del campaign, errors, frames, like
         return np.zeros((at.p, at.p))
 
     def sightings(self, sequence: TrajectoryTask) -> int:

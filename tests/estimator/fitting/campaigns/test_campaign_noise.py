@@ -10,10 +10,8 @@ from tests.estimator.small_campaign import fitted, registered
 def test_weights_of_each_sequence_give_what_weights_as_wide_as_all_parameters_give() -> None:
     campaign, fit = registered().campaign, fitted()
     at, errors = fit.layout, [each.errors for each in fit.equations]
-    own = [each.frames.weighted for each in fit.equations]
-    wide = [np.zeros((*each.shape[:-1], at.p)) for each in own]
-    for each, weights, place in zip(wide, own, at.places, strict=True):
-        each[..., place] = weights
+    own = [each.frames for each in fit.equations]
+    wide = [each.combined(np.eye(at.p)[place]) for each, place in zip(own, at.places, strict=True)]
     found = repeated_noise(campaign, errors, own, at)
     expected = repeated_noise(campaign, errors, wide, Arrangement((np.arange(at.p),) * len(own), at.p))
     scale = np.sqrt(np.maximum(np.diag(expected), 1e-300))
