@@ -129,9 +129,9 @@ def names_sentence(group: Sequence[UnderName]) -> str:
 
 
 def beside_words(left_out: Sequence[UnderName]) -> tuple[str, ...]:
-    """What is probable, but not established, beside something unknown, in a sentence; none where there is nothing."""
+    """What the most probable set has beside something unknown, not established, in a sentence; none where there is nothing."""
     told = [_under(name) for name in left_out if not name.unknown]
-    return (f"Probable beside what is unknown, though not established: {'; '.join(told)}.",) if told else ()
+    return (f"In the most probable set beside what is unknown, though not established: {'; '.join(told)}.",) if told else ()
 
 
 def settling(group: Sequence[str]) -> tuple[str, ...]:

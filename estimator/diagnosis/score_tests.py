@@ -251,16 +251,16 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
     """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
     at, B, b = projection.at, projection.undone[:, kept], fit.layout.size
-    weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
+    combined, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
     total = np.zeros((b + len(linear.columns) + 1,) * 2)
     total[:b, :b] = fit.system(campaign).known.H
     for each, place, local in zip(linear.equations, at.place, projection.local, strict=True):
         change = np.empty((each.frames.weighted.shape[-1], len(place)))
         change[at.local], change[at.shared] = local, np.eye(len(place))
-        weighted.append(each.frames.combined(change, more))
-        np.add.at(total, (place[:, None], place), weighted[-1].meat)
+        combined.append(each.frames.combined(change, more))
+        np.add.at(total, (place[:, None], place), combined[-1].meat)
     errors = [each.errors for each in linear.equations]
-    total += campaign.kind.repeated_noise(campaign, errors, weighted, Arrangement(at.place, len(total)), errors)
+    total += campaign.kind.repeated_noise(campaign, errors, combined, Arrangement(at.place, len(total)), errors)
     less = B.T @ (total[:b, b + kept] - 0.5 * total[:b, :b] @ B)
     M = total[np.ix_(b + kept, b + kept)] - less - less.T
     return np.asarray(0.5 * (M + M.T))

@@ -17,8 +17,8 @@ amplitudes [Schwarz 1978].
 
 Short flights cannot tell noise that fades slowly from a misfit, so noise is taken to be as alike as is usual among trackers unless the rows
 say otherwise: rows are independent, at even odds, or over how many beside one they are alike has a half-Cauchy prior, as scales have
-[Gelman 2006]. The axes of a channel are as alike, each
-of its own size; both are shared by all sequences of a campaign. How well the size is known says :mod:`estimator.likelihood.noise_freedom`.
+[Gelman 2006]. The axes of a channel are as alike, each of its own size; both are shared by all sequences of a campaign. How well the size
+is known says :mod:`estimator.likelihood.noise_freedom`.
 """
 
 from collections.abc import Sequence
@@ -135,7 +135,7 @@ def _likeness(axes: Sequence[AxisRows]) -> tuple[Array, float, float]:
     alone jumps where two are as good.
     """
     (first, fading), _, usual = _tried()
-    probable = softmax(usual - 0.5 * np.sum([axis.unlike for axis in axes], axis=0)) if axes else np.exp(usual)
+    probable = softmax(usual - 0.5 * np.sum([axis.unlike for axis in axes], axis=0))
     fades = float(np.exp(probable @ np.log1p(-fading)))
     beside = float(np.expm1(probable @ np.log1p(2.0 * first / (1.0 - fading))))
     return probable, 0.5 * beside * fades, 1.0 - fades

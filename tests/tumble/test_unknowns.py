@@ -174,7 +174,7 @@ def test_what_is_probable_beside_something_unknown_is_told_with_its_values() -> 
     lift = UnderName((Part("magnus_lift", (EFFECTS["magnus_lift"].parameters[0],), np.array([5e-4]), np.array([2e-4])),), 0.88)
     family = UnderName((Part("volume_warp", (), np.zeros(0), np.zeros(0)),), 0.97, unknown=True)
     assert beside_words([family, lift]) == (
-        "Probable beside what is unknown, though not established: magnus lift coefficient (5.0 ± 2.0)e-04 (88%).",
+        "In the most probable set beside what is unknown, though not established: magnus lift coefficient (5.0 ± 2.0)e-04 (88%).",
     )
     assert beside_words([family]) == ()
 
