@@ -438,7 +438,8 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
             names = ", ".join(named) + (", …" if len(far) > MOST_TOLD else "")
             out = f"; {len(far)} stand out: {names}" if len(far) else ""
             if effect.noise and len(far):
-                told.append(f"Spins that were read once do not account for all of the lift; beside what they say it scatters: {each}{out}.")
+                what = "lift" if effect.lifts else "drag"
+                told.append(f"Spins that were read once do not account for all of the {what}; beside what they say it scatters: {each}{out}.")
             elif not effect.noise:
                 told.append(f"{begins(effect.entry.title)} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)

@@ -268,11 +268,11 @@ _ENTRIES = (
         searched=("length",),
     ),
     EffectEntry(
-        "spin_drag",
+        "induced_drag",
         Stage.DYNAMICS,
         Scope.PARTICLE,
-        (Parameter("coefficient", "1", (0.0, 0.5), 1e-4, "drag that the spin adds, over m |omega| v"),),
-        "dv/dt = g - coefficient |omega| v: drag that grows with the spin",
+        (Parameter("ratio", "1", (0.0, 2.0), 1e-3, "drag that lift brings, over the lift"),),
+        "dv/dt = g - ratio |l| v / |v|, l the acceleration by lift: drag that grows with the spin as lift does; without lift it does nothing",
         "Davies, J. Appl. Phys. 20 (1949) 821: lift and drag of golf balls both grow with the spin",
     ),
     EffectEntry(
@@ -283,6 +283,14 @@ _ENTRIES = (
         "dv/dt = g + w x v, another w in every sequence: lift of a spin that nobody measured, or that was measured wrongly (w: that of the "
         "true spin beside the measured one)",
         "Rubinow and Keller, J. Fluid Mech. 11 (1961) 447",
+    ),
+    EffectEntry(
+        "unmeasured_drag",
+        Stage.DYNAMICS,
+        Scope.SEQUENCE,
+        (Parameter("rate", "1/s", (-5.0, 5.0), 1e-3, "drag over momentum, beside that of the other effects"),),
+        "dv/dt = g - rate v, another rate in every sequence: drag of a spin that was measured wrongly",
+        "Davies, J. Appl. Phys. 20 (1949) 821: drag of golf balls grows with the spin",
     ),
     EffectEntry(
         "steady_wind",
@@ -457,9 +465,10 @@ TRACKED_ONLY = (
     "stamp_scatter",
     "products_of_inertia",
     "saturating_lift",
-    "spin_drag",
+    "induced_drag",
     "steady_wind",
     "unmeasured_lift",
+    "unmeasured_drag",
     "nutation_damping",
     "position_distortion",
     "gyroscope_bias",

@@ -26,9 +26,11 @@ Array = NDArray[np.float64]
 SCALES = ("frame_rate", "length_scale")
 """Effects that only a known acceleration can tell from velocities and spins of another size."""
 FREE_ACCELERATIONS = ("gravity", "uniform_acceleration")
-THROUGH_AIR = ("linear_drag", "quadratic_drag", "magnus_lift", "saturating_lift", "spin_drag")
+THROUGH_AIR = ("linear_drag", "quadratic_drag", "magnus_lift", "saturating_lift", "induced_drag")
 """Effects by which a wind acts."""
 WIND = "steady_wind"
+DRAG_BY_LIFT = "induced_drag"
+LIFTS = ("magnus_lift", "saturating_lift", "unmeasured_lift")
 NO_GRAVITY = 1e-6
 """Size (m/s²) of a stated gravity that counts as none."""
 
@@ -143,6 +145,8 @@ def contradiction(keys: Sequence[str]) -> str | None:
     # Users' own effects may act through the air, too.
     if WIND in keys and not any(key in THROUGH_AIR or key not in MODELS for key in keys):
         return f"{WIND} acts through drag or lift alone; expected one of {', '.join(THROUGH_AIR)} beside it."
+    if DRAG_BY_LIFT in keys and not any(key in LIFTS or key not in MODELS for key in keys):
+        return f"{DRAG_BY_LIFT} goes with lift alone; expected one of {', '.join(LIFTS)} beside it."
     free = [key for key in keys if key in FREE_ACCELERATIONS]
     if scales and free:
         return (

@@ -1,6 +1,6 @@
 """What an effect's force depends on, found out by trying: the attitude of the body, its spin, whether its moments differ, the air."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -30,6 +30,13 @@ def needs_attitude(effect: EffectModel) -> bool:
 def feels_air(effect: EffectModel) -> bool:
     """Whether the acceleration or the torque of an effect depends on how the air moves."""
     return any("air" in _changed_by(effect, link) for link in ("acceleration", "torque"))
+
+
+def idle(effect: EffectModel, beside: Iterable[EffectModel]) -> bool:
+    """Whether an effect does nothing ``beside`` these: a wind that nothing feels, a drag by lift without one."""
+    others = tuple(beside)
+    blows = moves_air_alone(effect) and not any(feels_air(each) for each in others)
+    return blows or (effect.of_lift and not any(each.lifts for each in others))
 
 
 @lru_cache(maxsize=256)
@@ -91,4 +98,4 @@ def _somewhere() -> tuple[Setting, Moment]:
     sizes = np.array([[1.0], [0.1], [10.0]])
     v, omega, L = (sizes * np.array(row) for row in ([1.0, -2.0, 0.7], [5.0, 3.0, -7.0], [4.0, 2.5, -6.0]))
     R = np.repeat(rotation_from_vector(np.array([[0.4, 0.7, -0.3]])), len(sizes), axis=0)
-    return setting, Moment(0.2, np.repeat([[0.3, -0.2, 0.5]], len(sizes), axis=0), v, omega, L, R)
+    return setting, Moment(0.2, np.repeat([[0.3, -0.2, 0.5]], len(sizes), axis=0), v, omega, L, R, lift=v[:, ::-1])

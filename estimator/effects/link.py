@@ -80,7 +80,8 @@ class Moment:
     """m flights at one instant, world frame.
 
     ``x`` (m, 3) m, ``v`` (m, 3) m/s, ``omega`` (m, 3) rad/s, ``L`` (m, 3) rad/s per largest moment, ``R`` (m, 3, 3) world from nominal body
-    axes, ``time_s`` since the first frame; ``air`` (m, 3) m/s the velocity of the air, ``None`` where it is still.
+    axes, ``time_s`` since the first frame; ``air`` (m, 3) m/s the velocity of the air, ``None`` where it is still; ``lift`` (m, 3) m/s² the
+    acceleration by all effects that lift, ``None`` where there is none.
     """
 
     time_s: float
@@ -90,6 +91,7 @@ class Moment:
     L: Array
     R: Array
     air: Array | None = None
+    lift: Array | None = None
 
     @property
     def through_air(self) -> Array:
@@ -283,8 +285,14 @@ class EffectModel:
     noise: bool = False
     """Whether it is noise of what was measured: where effects are searched for (``explain``) it is in every set, as large as the evidence
     has it, and in no answer. The score tests (``diagnose``) hold it a candidate as any other."""
+    lifts: ClassVar[bool] = False
+    """Whether its acceleration is a lift, across the velocity through the air."""
+    of_lift: ClassVar[bool] = False
+    """Whether its acceleration goes with the lift of others, and is none without."""
     of_unmeasured_spin: ClassVar[bool] = False
     """Whether the effect stands for a spin that was not measured throughout."""
+    of_misread_spin: ClassVar[bool] = False
+    """Whether it stands for no more than what a spin that was read once in a flight is wrong by."""
     frozen: tuple[str, ...] = ()
     """Parameters that a search finds and a fit leaves as they are."""
     whole: ClassVar[tuple[str, ...]] = ()

@@ -5,7 +5,7 @@ Parameters of all effects lie side by side in one array ``theta`` in the order o
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -212,7 +212,19 @@ class ModelForces:
 
     def acceleration(self, time_s: float, state: States, omega: Array) -> Array:
         """Sum of the effects' accelerations (m, 3)."""
-        return self._sum("acceleration", self._moment(time_s, state, omega))
+        moment = self._moment(time_s, state, omega)
+        return self._sum("acceleration", replace(moment, lift=self._lift(moment)) if self._dragged_by_lift else moment)
+
+    def _lift(self, moment: Moment) -> Array | None:
+        """Acceleration (m, 3) by the effects that lift."""
+        found = [effect.acceleration(theta, moment, self.setting) for effect, theta in self._acting["acceleration"] if effect.lifts]
+        lifts = [lift for lift in found if lift is not None]
+        return np.asarray(sum(lifts[1:], start=lifts[0])) if lifts else None
+
+    @cached_property
+    def _dragged_by_lift(self) -> bool:
+        """Whether a force depends on the lift of others."""
+        return any(e.of_lift for e, _ in self.model.touching("acceleration"))
 
     @property
     def torque(self) -> Rate | None:

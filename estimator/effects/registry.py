@@ -10,15 +10,16 @@ from estimator.effects.catalogue.clock.frame_rate import FrameRate
 from estimator.effects.catalogue.clock.stamp_scatter import StampScatter
 from estimator.effects.catalogue.clock.trigger_jitter import TriggerJitter
 from estimator.effects.catalogue.dynamics.gravity import Gravity
+from estimator.effects.catalogue.dynamics.induced_drag import InducedDrag
 from estimator.effects.catalogue.dynamics.linear_drag import LinearDrag
 from estimator.effects.catalogue.dynamics.magnus_lift import MagnusLift
 from estimator.effects.catalogue.dynamics.nutation_damping import NutationDamping
 from estimator.effects.catalogue.dynamics.quadratic_drag import QuadraticDrag
 from estimator.effects.catalogue.dynamics.saturating_lift import SaturatingLift
 from estimator.effects.catalogue.dynamics.spin_damping import SpinDamping
-from estimator.effects.catalogue.dynamics.spin_drag import SpinDrag
 from estimator.effects.catalogue.dynamics.steady_wind import SteadyWind
 from estimator.effects.catalogue.dynamics.uniform_acceleration import UniformAcceleration
+from estimator.effects.catalogue.dynamics.unmeasured_drag import UnmeasuredDrag
 from estimator.effects.catalogue.dynamics.unmeasured_lift import UnmeasuredLift
 from estimator.effects.catalogue.exposure.motion_blur_threshold import MotionBlurThreshold
 from estimator.effects.catalogue.exposure.rolling_shutter import RollingShutter
@@ -57,8 +58,9 @@ MODELS: dict[str, EffectModel] = {
         QuadraticDrag(),
         MagnusLift(),
         SaturatingLift(),
-        SpinDrag(),
+        InducedDrag(),
         UnmeasuredLift(),
+        UnmeasuredDrag(),
         SteadyWind(),
         SpinDamping(),
         NutationDamping(),

@@ -43,6 +43,14 @@ def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
     return np.asarray((vector * inverse[..., None, :]) @ np.swapaxes(vector, -1, -2) * scale[..., :, None] * scale[..., None, :])
 
 
+def half_log_det(H: Array) -> float:
+    """Half the logarithm of the determinant of a normal matrix, without directions that are not seen; ``H`` (p, p)."""
+    seen = np.diag(H) > 0.0
+    root = np.sqrt(np.diag(H)[seen])
+    value = np.linalg.eigvalsh(H[np.ix_(seen, seen)] / np.outer(root, root))
+    return float(np.log(root).sum() + 0.5 * np.log(value[value > TOLERANCE]).sum())
+
+
 def scaled_inverse(H: Array) -> Array:
     """Inverse of a normal matrix that sees every parameter; ``H`` (p, p).
 

@@ -63,6 +63,8 @@ class EffectsInForce:
         """What is added to the stated gravity (3,) m/s², world frame."""
         winds = [link.velocity(values) for link, values in self._of(Wind)]
         state = replace(state, air_world=np.sum(winds, axis=0)) if winds else state
+        lifts = [link.acceleration(state, values) for link, values in self._of(Dynamics) if link.lifts]
+        state = replace(state, lift_world=np.sum(lifts, axis=0)) if lifts else state
         return np.sum([link.acceleration(state, values) for link, values in self._of(Dynamics)], axis=0)
 
     def torque_body(self, state: FlightState) -> Array:

@@ -36,7 +36,8 @@ class FlyingBody:
 class FlightState:
     """A body at one instant: ``x_world`` m, ``v_world`` m/s, ``R_world_body``, ``omega_body`` rad/s (body frame).
 
-    ``ratios`` (3,) are its principal moments over the largest, ``mass_over_moment`` (1/m²) its mass over the largest moment.
+    ``ratios`` (3,) are its principal moments over the largest, ``mass_over_moment`` (1/m²) its mass over the largest moment;
+    ``lift_world`` m/s² the acceleration by lift, ``None`` where there is none.
     """
 
     time_s: float
@@ -47,6 +48,7 @@ class FlightState:
     ratios: Float[NDArray[np.float64], "3"]
     mass_over_moment: float
     air_world: Float[NDArray[np.float64], "3"] | None = None
+    lift_world: Float[NDArray[np.float64], "3"] | None = None
 
     @property
     def through_air(self) -> Float[NDArray[np.float64], "3"]:
@@ -88,10 +90,14 @@ def no_torque(_state: FlightState, _values: Values) -> Array:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Acceleration (3,) m/s² in the world frame; torque over the largest principal moment (3,) rad/s² in the body frame."""
+    """Acceleration (3,) m/s² in the world frame; torque over the largest principal moment (3,) rad/s² in the body frame.
+
+    ``lifts``: whether the acceleration is a lift.
+    """
 
     acceleration: Callable[[FlightState, Values], Array]
     torque_body: Callable[[FlightState, Values], Array] = no_torque
+    lifts: bool = False
 
 
 @dataclass(frozen=True)

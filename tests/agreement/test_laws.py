@@ -344,14 +344,22 @@ def saturating_lift(key: str) -> None:
     assert abs(float(np.asarray(lifts[1])[0] @ start.v)) < 1e-12
 
 
-def spin_drag(key: str) -> None:
-    """At the spin that a drag coefficient of 1/m needs to do as much, the quadratic one; nothing where nothing spins."""
-    start, c = flight(), 2.0
-    at = Moment(0.0, start.x[None], start.v[None], start.omega[None], start.omega[None], np.eye(3)[None])
-    same = c * np.linalg.norm(start.v) / np.linalg.norm(start.omega)
-    drag = MODELS["quadratic_drag"].acceleration(np.array([[c]]), at, SETTING)
-    np.testing.assert_allclose(MODELS[key].acceleration(np.array([[same]]), at, SETTING), drag)
-    assert not np.any(MODELS[key].acceleration(np.array([[same]]), replace(at, omega=0.0 * at.omega), SETTING))
+def induced_drag(key: str) -> None:
+    """Along the flight, as large as the ratio says of the sum of all lifts, whatever their order; nothing where nothing lifts."""
+    start, ratio = flight(), 0.3
+    y = States(start.x[None], np.array([[0.0, 0.0, 0.0, 1.0]]), start.v[None], start.omega[None])
+    model = Model((MODELS[key], MODELS["magnus_lift"], MODELS["unmeasured_lift"]))
+    theta = np.array([[ratio, 0.2, 0.1, -0.4, 0.3]])
+    lifts = ModelForces(Model(model.effects[1:]), theta[:, 1:], SETTING).acceleration(0.0, y, start.omega[None])
+    added = ModelForces(model, theta, SETTING).acceleration(0.0, y, start.omega[None]) - lifts
+    np.testing.assert_allclose(added, -ratio * np.linalg.norm(lifts) * start.v[None] / np.linalg.norm(start.v), rtol=1e-12)
+    alone = ModelForces(Model((MODELS[key],)), theta[:, :1], SETTING).acceleration(0.0, y, start.omega[None])
+    assert not alone.any()
+
+
+def unmeasured_drag(key: str) -> None:
+    """Linear drag."""
+    np.testing.assert_allclose(flown(key, 0.7).poses.centre, flown("linear_drag", 0.7).poses.centre)
 
 
 def steady_wind(key: str) -> None:
@@ -432,7 +440,7 @@ LAWS: dict[str, Callable[[str], None]] = {
         *(products_of_inertia, nutation_damping, clock_offset, stamp_scatter),
         *(magnus_lift, spin_damping, radial_distortion, tangential_distortion, principal_point, pixel_aspect, focal_length),
         *(camera_vibration, defocus_growth, motion_blur_threshold, rolling_shutter, outline_offset, view_outline_offset, blooming),
-        *(rim_light_leak, saturating_lift, spin_drag, steady_wind, unmeasured_lift, position_distortion, gyroscope_bias, gyroscope_scale),
+        *(rim_light_leak, saturating_lift, induced_drag, steady_wind, unmeasured_lift, unmeasured_drag, position_distortion, gyroscope_bias, gyroscope_scale),
     )
 } | {"gravity": constant_acceleration, "uniform_acceleration": constant_acceleration}
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
-from estimator.effects.dependence import feels_air, moves_air_alone
+from estimator.effects.dependence import idle
 from estimator.likelihood.reduced import Own, Posterior, Quadratic, log_share_inside, posterior
 from estimator.likelihood.rows import NOISE_FREEDOM
 from estimator.likelihood.tails import Noise, Student, with_tails
@@ -160,9 +160,9 @@ class Evidence:
         return self._rows[effect]
 
     def sized(self, members: Sequence[int]) -> list[int]:
-        """Those of a set that have columns in use: the wind's are where something in the set feels it."""
-        still = not any(feels_air(self.of.effects[e]) for e in members)
-        return [e for e in members if len(self._rows[e]) and not (still and moves_air_alone(self.of.effects[e]))]
+        """Those of a set that have columns in use: the wind's are where something in the set feels it, a drag by lift where one lifts."""
+        effects = [self.of.effects[e] for e in members]
+        return [e for e in members if len(self._rows[e]) and not idle(self.of.effects[e], effects)]
 
     def within_bounds(self, effect: int, amplitudes: Array) -> bool:
         """Whether ``amplitudes`` (q,) of an effect's columns, in the units of their parameters, are within twice the plausible range."""

@@ -121,12 +121,15 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     squares = campaign.kind.squares(equations) if known else None
     priors = 2.0 * _cost_of_base(campaign, bare)
     jitter = jitter_test(campaign.time_shifts(equations))
+    density = campaign.kind.density(campaign, equations)
+    if known:
+        density = replace(density, constant=density.constant - sum(each.half_log_det_of_flight for each in equations))
     return Linearised(
         candidates.effects,
         len(own),
         scores,
         *_quadratic(scores, current, None if squares is None else squares + priors),
-        AtFit(campaign.kind.density(campaign, equations), squares or 0.0, priors, 0.5 * jitter.gain * any(e.random for e in own)),
+        AtFit(density, squares or 0.0, priors, 0.5 * jitter.gain * any(e.random for e in own)),
         candidates,
         chosen,
         jitter,

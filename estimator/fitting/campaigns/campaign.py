@@ -18,10 +18,11 @@ from estimator.fitting.campaigns.facts import Fact, stated_rows
 from estimator.fitting.campaigns.measurement_kind import MeasurementKind
 from estimator.fitting.descent import USUAL, Effort, descended
 from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.fitting.stable_inverse import half_log_det
 from estimator.fitting.system import Arrangement, System
 from estimator.likelihood.composite_likelihood import WeighedFrames
 from estimator.likelihood.time_shifts import TimeShifts
-from estimator.motion.flight import LAYOUT, Flight
+from estimator.motion.flight import LAYOUT, N_PARAMETERS, Flight
 
 Array = NDArray[np.float64]
 
@@ -134,6 +135,14 @@ class SequenceEquations:
     def g(self) -> Array:
         """Gradient (21 + q,)."""
         return self.frames.g
+
+    @property
+    def half_log_det_of_flight(self) -> float:
+        """Of what it says of its flight, for noise as stated: what the integral over flights leaves, in which fits differ.
+
+        Where there is lift, positions say more of a spin that was read once, and less of what acts beside it.
+        """
+        return half_log_det(self.errors.noise**2 * self.H[:N_PARAMETERS, :N_PARAMETERS])
 
 
 def sequence_equations(campaign: Campaign, number: int, state: CampaignState, model: Model) -> SequenceEquations:

@@ -8,7 +8,7 @@ from datasets.vocabulary.effects import FURTHER_ONLY
 from estimator.effects.dependence import needs_unequal_moments, of_body, of_force
 from estimator.effects.link import EffectModel
 from estimator.effects.model import overrides
-from estimator.measurements.trajectories.task import TrajectoryTask
+from estimator.measurements.trajectories.task import TrajectoryTask, read_once
 
 WITHOUT_PICTURES = ("times", "body", "air", "acceleration", "torque", "scale", "tracked", "reading")
 PLAUSIBLE: dict[str, tuple[float, float]] = {"centre_of_mass": (-0.05, 0.05), "trigger_jitter": (0.0, 0.01)}
@@ -34,6 +34,8 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
             return said
     if overrides(effect, "times") and not any(_moves_rows(effect, task) for task in tasks):
         return "it moves none of these time stamps"
+    if effect.of_misread_spin and not all(read_once(task) for task in tasks):
+        return "no spin was read once in a flight"
     if effect.of_unmeasured_spin and (measured & {"theta", "gyro"} or any(_spin_changes(task) for task in tasks)):
         return "the spin was measured throughout"
     if overrides(effect, "torque") and not measured & {"theta", "gyro"} and not any(_spin_changes(task) for task in tasks):

@@ -12,6 +12,7 @@ class MagnusLift(EffectModel):
     """Lift across spin and velocity."""
 
     entry = EFFECTS["magnus_lift"]
+    lifts = True
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """``C omega x v``."""

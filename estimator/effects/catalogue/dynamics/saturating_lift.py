@@ -18,6 +18,7 @@ class SaturatingLift(EffectModel):
     """Lift across spin and velocity that saturates with the spin number."""
 
     entry = EFFECTS["saturating_lift"]
+    lifts = True
     contains = ("magnus_lift",)
 
     def starts(self, setting: Setting) -> Array:

@@ -74,7 +74,7 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
 @pytest.mark.parametrize(
     ("name", "not_shown"),
     [
-        ("poses", {"unmeasured_lift", "stamp_scatter"}),
+        ("poses", {"unmeasured_lift", "unmeasured_drag", "stamp_scatter"}),
         (
             "positions",
             {
@@ -84,14 +84,22 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
                 "products_of_inertia",
                 "magnus_lift",
                 "saturating_lift",
-                "spin_drag",
+                "unmeasured_drag",
                 "spin_damping",
                 "nutation_damping",
             },
         ),
         (
             "positions and spin",
-            {"stamp_scatter", "centre_of_mass", "inertia_ratios", "products_of_inertia", "unmeasured_lift", "nutation_damping"},
+            {
+                "stamp_scatter",
+                "centre_of_mass",
+                "inertia_ratios",
+                "products_of_inertia",
+                "unmeasured_lift",
+                "unmeasured_drag",
+                "nutation_damping",
+            },
         ),
     ],
 )
