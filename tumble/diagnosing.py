@@ -439,7 +439,7 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
             out = f"; {len(far)} stand out: {names}" if len(far) else ""
             if effect.noise and len(far):
                 what = "lift" if effect.lifts else "drag"
-                told.append(f"Spins that were read once do not account for all of the {what}; beside what they say it scatters: {each}{out}.")
+                told.append(f"Spins that were read once do not account for all {what}; beside what they say it scatters: {each}{out}.")
             elif not effect.noise:
                 told.append(f"{begins(effect.entry.title)} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)

@@ -272,7 +272,7 @@ _ENTRIES = (
         Stage.DYNAMICS,
         Scope.PARTICLE,
         (Parameter("ratio", "1", (0.0, 2.0), 1e-3, "drag that lift brings, over the lift"),),
-        "dv/dt = g - ratio |l| v / |v|, l the acceleration by lift: drag that grows with the spin as lift does; without lift it does nothing",
+        "dv/dt = g - ratio |l| v / |v|, l the acceleration by lift: drag that grows with the spin as lift does, none without lift",
         "Davies, J. Appl. Phys. 20 (1949) 821: lift and drag of golf balls both grow with the spin",
     ),
     EffectEntry(

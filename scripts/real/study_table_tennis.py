@@ -10,6 +10,8 @@ which is not part of Tumble. Nothing of Tumble is used, only numpy and SciPy, in
 3. The same where each spin is either right, W as in 2 with a normal scatter, or wrong, W then as of any shot and nothing to do with the
    spin: how much more likely that makes the 37 lifts, and which spins are wrong.
 4. The first step again with frames at even times: what is left along y where stamps are early, and what a stretch of the volume is worth.
+5. At even times every shot has a drag of its own, too, and its W a part along the flight, which shows as the flight bends. The lift as in 2
+   from all three parts of W, and how drags go with lifts: ``k = k_0 + ratio |W| / |v|`` by Cauchy's density, beside the measured spins.
 """
 
 import argparse
@@ -32,8 +34,8 @@ HUBER = 3.0
 TAILS = (3.0, 1.0)
 """Degrees of freedom of Student's density; 1: that of Cauchy, as ``tumble explain`` has it for spins that were read once."""
 ROUNDS = 20
-ALONG = 1e-3
-"""Standard deviation (1/s) of W along the flight, of which nothing shows."""
+ALONG, ANY = 1e-3, 1.0
+"""Standard deviation (1/s) of W along the flight, of which little shows: none, and whatever it is."""
 BEGIN = np.array([2.5e-3, 0.02, -2.0])
 """Lift, its length (m) and the logarithm of the scatter (1/s) that wrong spins bring."""
 EITHER = {"scatter of right ones": -2.5, "of wrong ones": -1.0, "odds of a right one": 0.5}
@@ -114,8 +116,8 @@ def begun(shots: list[Shot]) -> Fit:
     return Fit(np.array(own), np.zeros((len(own), 9, 9)), 0.15, 0.0, np.full(3, 5e-3))
 
 
-def improved(shots: list[Shot], fit: Fit) -> Fit:
-    """One step of Gauss and Newton, with the weights that the residuals ask for."""
+def improved(shots: list[Shot], fit: Fit, along: float) -> Fit:
+    """One step of Gauss and Newton, with the weights that the residuals ask for; ``along``: a prior, as ``ALONG``."""
     information, pull, backs, covariances, residuals = 0.0, 0.0, [], [], []
     for shot, own in zip(shots, fit.own, strict=True):
         e, J = linearised(shot, own, fit.drag)
@@ -123,8 +125,8 @@ def improved(shots: list[Shot], fit: Fit) -> Fit:
         weight = 1.0 / np.maximum(np.abs(e) / fit.noise / HUBER, 1.0) / fit.noise**2
         H, g = np.einsum("nij,ni,nik->jk", J, weight, J), np.einsum("nij,ni,ni->j", J, weight, e)
         u = own[3:6] / np.linalg.norm(own[3:6])
-        H[6:9, 6:9] += np.outer(u, u) / ALONG**2
-        g[6:9] += u * (u @ own[6:9]) / ALONG**2
+        H[6:9, 6:9] += np.outer(u, u) / along**2
+        g[6:9] += u * (u @ own[6:9]) / along**2
         covariances.append(np.linalg.inv(H[:9, :9]))
         backs.append(covariances[-1] @ np.column_stack([H[:9, 9], g[:9]]))
         information += H[9, 9] - H[9, :9] @ backs[-1][:, 0]
@@ -218,12 +220,47 @@ def at_even_times(shot: Shot) -> Shot:
     return replace(shot, times_s=INTERVAL_S * (number - number[0]))
 
 
-def fitted(shots: list[Shot]) -> Fit:
+def fitted(shots: list[Shot], along: float = ALONG) -> Fit:
     """All shots with one drag."""
     fit = begun(shots)
     for _ in range(ROUNDS):
-        fit = improved(shots, fit)
+        fit = improved(shots, fit, along)
     return fit
+
+
+def cost_of_lift(at: Array, shots: list[Shot], fits: list[Fit]) -> float:
+    """As :func:`cost` for one degree of freedom, of all of W, at lift and scatter, without the prior of the part along the flight."""
+    total = 0.0
+    for shot, fit in zip(shots, fits, strict=True):
+        u = fit.own[0, 3:6] / np.linalg.norm(fit.own[0, 3:6])
+        told = np.linalg.inv(fit.covariance[0, 6:9, 6:9])
+        flown = np.linalg.inv(told - np.outer(u, u) / ANY**2)
+        away, C = flown @ told @ fit.own[0, 6:9] - at[0] * shot.spin, flown + np.exp(2.0 * at[1]) * np.eye(3)
+        total += 2.0 * np.log1p(float(away @ np.linalg.solve(C, away))) + 0.5 * np.linalg.slogdet(C)[1]
+    return float(total)
+
+
+def told_of_drags(shots: list[Shot]) -> None:
+    """Print what 5 says."""
+    fits = [fitted([shot], ANY) for shot in shots]
+    lift = minimize(cost_of_lift, BEGIN[[0, 2]], args=(shots, fits), method="Nelder-Mead")
+    print(f"with a drag of every shot, by all of W: lift {1e3 * lift.x[0]:.2f} e-3, scatter {np.exp(lift.x[1]):.3f} 1/s")
+    v = [fit.own[0, 3:6] for fit in fits]
+    speed = np.array([np.linalg.norm(shot.x[-1] - shot.x[0]) / np.ptp(shot.times_s) for shot in shots])
+    lifts = np.array([np.linalg.norm(np.cross(fit.own[0, 6:9], each)) / np.linalg.norm(each) for fit, each in zip(fits, v, strict=True)])
+    spins = np.array([np.linalg.norm(shot.spin) for shot in shots])
+    drag, sigma = (np.array([getattr(fit, name) for fit in fits]) for name in ("drag", "sigma"))
+
+    def off(at: Array, by: Array) -> float:
+        """Minus the logarithm of the density of all drags at k_0, ratio and the logarithm of a scatter."""
+        variance = sigma**2 + np.exp(2.0 * at[2])
+        return float(np.sum(np.log1p((drag - at[0] - at[1] * by / speed) ** 2 / variance) + 0.5 * np.log(variance)))
+
+    none = minimize(lambda at: off(np.array([at[0], 0.0, at[1]]), lifts), [0.14, -5.0], method="Nelder-Mead")
+    for said, by, first in (("lift", lifts, 0.3), ("the measured spin", spins, 3e-4)):
+        best = minimize(off, np.array([0.13, first, -5.0]), args=(by,), method="Nelder-Mead", options={"maxiter": 4000})
+        told = f"drag {best.x[0]:.4f} 1/m + {best.x[1]:.3g} x {said} / |v|, scatter {np.exp(best.x[2]):.4f} 1/m"
+        print(f"  {told}: more likely by {none.fun - best.fun:.1f} nats than one drag")
 
 
 def distortion(shots: list[Shot], fit: Fit) -> tuple[float, float]:
@@ -285,6 +322,7 @@ def main() -> int:
         told_in_all(shots, fit, tails)
     told_either(shots, fit)
     told_of_stamps(shots)
+    told_of_drags([at_even_times(shot) for shot in shots])
     return 0
 
 

@@ -1,7 +1,7 @@
 """Drag that goes with lift, beside what a ball at rest about its centre has.
 
-``dv/dt = g - ratio |l| u / |u|``, l the acceleration by lift, u the velocity through the air: lift and drag coefficients of a ball both grow
-with S = r omega / u [Davies, J. Appl. Phys. 20 (1949) 821]; no torque.
+``dv/dt = g - ratio |l| u / |u|``, l the acceleration by lift, u the velocity through the air: lift and drag coefficients of a ball both
+grow with S = r omega / u [Davies, J. Appl. Phys. 20 (1949) 821]; no torque.
 
 Valid for balls at S up to about 1.
 """

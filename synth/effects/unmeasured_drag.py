@@ -1,7 +1,7 @@
 """Drag of a sequence beside that which all share.
 
-``dv/dt = g - rate u``, u the velocity against the air [Davies, J. Appl. Phys. 20 (1949) 821: drag grows with the spin]; no torque. Valid while the spin
-stays.
+``dv/dt = g - rate u``, u the velocity against the air [Davies, J. Appl. Phys. 20 (1949) 821: drag grows with the spin]; no
+torque. Valid while the spin stays.
 """
 
 import numpy as np

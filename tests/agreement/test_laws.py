@@ -440,7 +440,17 @@ LAWS: dict[str, Callable[[str], None]] = {
         *(products_of_inertia, nutation_damping, clock_offset, stamp_scatter),
         *(magnus_lift, spin_damping, radial_distortion, tangential_distortion, principal_point, pixel_aspect, focal_length),
         *(camera_vibration, defocus_growth, motion_blur_threshold, rolling_shutter, outline_offset, view_outline_offset, blooming),
-        *(rim_light_leak, saturating_lift, induced_drag, steady_wind, unmeasured_lift, unmeasured_drag, position_distortion, gyroscope_bias, gyroscope_scale),
+        *(
+            rim_light_leak,
+            saturating_lift,
+            induced_drag,
+            steady_wind,
+            unmeasured_lift,
+            unmeasured_drag,
+            position_distortion,
+            gyroscope_bias,
+            gyroscope_scale,
+        ),
     )
 } | {"gravity": constant_acceleration, "uniform_acceleration": constant_acceleration}
 
