@@ -34,7 +34,7 @@ SHARES = 0.5 * np.logspace(-3.0, 0.0, 7)
 """``r``: standard deviations of the prior over the plausible limit, which is two of the widest; less than a thousandth of a range is
 nothing (decision 47)."""
 UNITS = np.logspace(0.0, 3.0, 7)
-"""For amplitudes without a plausible limit: standard deviations of the prior over what the data could just see (decision 47)."""
+"""For amplitudes without a plausible limit: standard deviations of the prior over the least that is seen of their unit (decision 47)."""
 BEYOND = 2.0
 """Plausible limits up to which an amplitude is believed at all: signatures are linear no further, and nature hardly goes there.
 
@@ -119,11 +119,12 @@ class Evidence:
         self._noise_model = Noise(1.0, 0.0) if freedom is None else Noise(NOISE_FREEDOM / freedom, 1.0 / freedom)
 
     def _limit(self, effect: int) -> Array:
-        """Plausible limits (q,) of an effect's columns, or what the data just see where nobody says what is plausible."""
-        parameters = self.of.effects[effect].entry.parameters
-        limit = np.array([max(map(abs, parameters[self.of.columns[i].parameter].plausible)) for i in self._rows[effect]])
+        """Plausible limits (q,) of an effect's columns; where nobody says what is plausible, the least that the data see of their unit."""
+        parameters = [self.of.effects[effect].entry.parameters[self.of.columns[i].parameter] for i in self._rows[effect]]
+        limit, units = np.array([max(map(abs, p.plausible)) for p in parameters]), np.array([p.unit for p in parameters])
         seen = 1.0 / np.sqrt(np.diag(self.of.information)[self._rows[effect]])
-        return np.where(np.isfinite(limit), limit, seen)
+        least = np.array([np.min(seen[units == unit]) for unit in units])
+        return np.where(np.isfinite(limit), limit, least)
 
     def _bounds_of(self, column: Column) -> tuple[float, float, bool]:
         """Between which values a column's amplitude is believed, infinite where each sequence has its own, and whether it has one sign."""

@@ -97,8 +97,8 @@ class Trial:
         return float(np.log(EXPECTED / max(known, 1))), float(np.log(UNKNOWN / max(wide, 1)))
 
     def log_posterior(self, members: Set) -> float:
-        """Up to what all sets share (nats)."""
-        if not self.noise <= set(members):
+        """Up to what all sets share (nats); minus infinity of one without the noise, or with two families."""
+        if not self.noise <= set(members) or len(self.families & set(members)) > 1:
             return -np.inf
         value = self.linear(members) - max((each.of(members) for each in self.overrated), default=0.0)
         return value if self.fitted is None else min(value, self.linear(self.fitted))
@@ -111,7 +111,7 @@ class Trial:
 
     def allowed(self, members: Set) -> bool:
         """Whether a set is one of those that compete."""
-        return len(set(members) - self.noise) <= MOST and sum(e in self.families for e in members) <= 1
+        return len(set(members) - self.noise) <= MOST and len(self.families & set(members)) <= 1
 
 
 def searched(trial: Trial, start: Set = ()) -> Posterior:

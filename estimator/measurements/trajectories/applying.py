@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from datasets.vocabulary.effects import FURTHER_ONLY
-from estimator.effects.dependence import needs_unequal_moments, of_body, of_force
+from estimator.effects.dependence import needs_attitude, needs_unequal_moments, of_body, of_force
 from estimator.effects.link import EffectModel
 from estimator.effects.model import overrides
 from estimator.measurements.trajectories.task import TrajectoryTask, read_once
@@ -29,7 +29,7 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
     if effect.camera is not None or effect.entry.key in FURTHER_ONLY:
         return "it is a camera's, and trajectories have none"
     measured = frozenset[str]().union(*(task.measured for task in tasks))
-    for channels, said in _conditions(effect):
+    for channels, said in _conditions(effect, measured):
         if not measured & channels:
             return said
     if overrides(effect, "times") and not any(_moves_rows(effect, task) for task in tasks):
@@ -45,7 +45,8 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
     return None
 
 
-def _conditions(effect: EffectModel) -> Iterator[tuple[frozenset[str], str]]:
+def _conditions(effect: EffectModel, measured: frozenset[str]) -> Iterator[tuple[frozenset[str], str]]:
+    """Channels of which one is needed, and what is said without; a force that comes with a torque shows only in positions."""
     if not effect.random and not overrides(effect, *WITHOUT_PICTURES):
         yield frozenset(), "it acts on pictures"
     if overrides(effect, "reading"):
@@ -60,13 +61,14 @@ def _conditions(effect: EffectModel) -> Iterator[tuple[frozenset[str], str]]:
             yield frozenset({"x"}), "it needs measured positions"
             yield frozenset({"theta"}), "it needs a measured orientation"
         yield frozenset({"theta", "gyro"}), "it needs a measured orientation"
-    on = of_force(effect) if overrides(effect, "acceleration") else frozenset()
+    pushes = overrides(effect, "acceleration") and ("x" in measured or not overrides(effect, "torque"))
+    on = of_force(effect) if pushes else frozenset()
     if "orientation" in on:
         yield frozenset({"theta"}), "it needs a measured orientation"
     if "spin" in on:
         yield frozenset({"theta", "omega"}), "it needs a measured orientation or spin"
     if overrides(effect, "torque"):
-        if needs_unequal_moments(effect):
+        if needs_unequal_moments(effect) or needs_attitude(effect):
             yield frozenset({"theta", "gyro"}), "it needs a measured orientation"
         yield frozenset({"theta", "omega", "gyro"}), "it needs a measured orientation or spin"
 

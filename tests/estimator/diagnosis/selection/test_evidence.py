@@ -113,6 +113,15 @@ def test_values_beyond_twice_what_is_plausible_are_impossible() -> None:
     assert free.log_evidence((0,)) - free.log_evidence(()) > 50.0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_numbers_that_the_data_hardly_see_cost_a_family_nothing(seed: int) -> None:
+    """What nobody says a range of has one size in its unit, of what is seen best: each number by itself would be a bet of its own."""
+    x, hardly = column(13), 1e-4 * np.random.default_rng(seed).normal(size=(ROWS, 9))
+    free, y = (-np.inf, np.inf), 0.8 * x[:, 0] + noise(14)
+    alone, more = evidence_of([Made(x, (free,))], y), evidence_of([Made(np.hstack([x, hardly]), (free,) * 10)], y)
+    assert more.log_evidence((0,)) == pytest.approx(alone.log_evidence((0,)), abs=0.01)
+
+
 def test_sure_values_beyond_twice_what_is_plausible_are_refused_for_themselves() -> None:
     """Known to a thousandth of the range, a tenth beyond twice of it: refused by more than the prior's density says."""
     x, scale = np.full((ROWS, 1), 200.0), SHARES[-1]

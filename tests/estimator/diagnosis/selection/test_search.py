@@ -91,6 +91,7 @@ def test_one_family_at_a_time_and_few_effects_compete() -> None:
     assert made.allowed((0, 10))
     assert not made.allowed((10, 11))
     assert not made.allowed(tuple(range(MOST + 1)))
+    assert made.log_posterior((10, 11)) == -np.inf
 
 
 def test_a_family_stands_where_no_effect_explains_as_much() -> None:
