@@ -46,7 +46,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.implausible import ball_words, believed, checks, fall_words
+from tumble.implausible import ball_words, believed, checks, fall_words, unbelieved
 from tumble.limiting import beside_words, fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
@@ -301,14 +301,15 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *beside_words(left_out(best, keys)))
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
-    rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
+    odd = unbelieved(effect_values(registered, of.fit, of.at.plain))
+    rest = unknown_entry(registered.campaign, explanation.fit, None if odd else explanation.left, names, told=told)
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(registered.campaign, explanation.fit), rest)
     sure = explanation.left.sure if explanation.left is not None else 1.0
     verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=sure)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
-    told_by = believed(verdict, effect_values(registered, of.fit, of.at.plain), campaign.observations)
+    told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
     content = _content("explain", question, campaign, of)
     return {
@@ -432,7 +433,8 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
                 continue
             values = np.array([fit.state.theta[i][part] for i in owners])
             size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
-            each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s in zip(effect.entry.parameters, size, strict=True))
+            there = np.ptp(values, axis=0) > 0.0  # along an axis that nobody measured all are alike
+            each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s, some in zip(effect.entry.parameters, size, there, strict=True) if some)
             far = np.flatnonzero(np.sum((values / np.maximum(size, np.finfo(np.float64).tiny)) ** 2, axis=1) > FAR**2 * len(size))
             named = [owner_name(campaign, effect.entry.scope, owners[i]) for i in far[:MOST_TOLD]]
             names = ", ".join(named) + (", …" if len(far) > MOST_TOLD else "")
@@ -460,13 +462,14 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     sure = [_with_rivals(step) for step in explanation.steps if step.established]
     rest = [step for step in explanation.steps if not step.established]
     suspected = [f"{in_words(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
-    sentence = f"{EXPLAINED} {', '.join(sure) or 'nothing that is established'}."
-    sentence += f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
+    remarks: tuple[str, ...] = ()
     if explanation.left is not None and explanation.left.present:
-        return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)
-    if explanation.diagnosis.probability < 0.5:
-        return Verdict("found", f"{sentence} {likely_more(explanation.diagnosis)}", (), found)
-    return Verdict("found", f"{sentence} {NOTHING_MORE}", (), found)
+        more, remarks = "Something is left that no effect of the catalogue explains.", last.remarks
+    else:
+        more = likely_more(explanation.diagnosis) if explanation.diagnosis.probability < 0.5 else NOTHING_MORE
+    opening = f"{EXPLAINED if more == NOTHING_MORE else PART_EXPLAINED} {', '.join(sure)}." if sure else "Nothing is established."
+    beside = f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
+    return Verdict("found", f"{opening}{beside} {more}", remarks, found)
 
 
 def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdict:

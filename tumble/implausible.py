@@ -16,8 +16,8 @@ from tumble.reports.verdict import Verdict
 Array = NDArray[np.float64]
 
 
-def believed(verdict: Verdict, values: Sequence[EffectValue], observations: Mapping[str, Observation | Trajectory]) -> Verdict:
-    """The verdict, or that no plausible model was found, where most sequences' own values lie outside of what is plausible.
+def unbelieved(values: Sequence[EffectValue]) -> tuple[str, ...]:
+    """Effects of which most sequences' own values lie outside of what is plausible, in words.
 
     A value that sequences share is bounded by the evidence; own values are held by their scatter alone.
     """
@@ -25,7 +25,11 @@ def believed(verdict: Verdict, values: Sequence[EffectValue], observations: Mapp
     for value in values:
         if (key := whose(value.effect)[0]) in EFFECTS and EFFECTS[key].scope.own:
             own.setdefault((value.effect, value.parameter.name), []).append(value.plausible)
-    odd = dict.fromkeys(in_words(effect) for (effect, _), plausible in own.items() if 2 * sum(plausible) < len(plausible))
+    return tuple(dict.fromkeys(in_words(effect) for (effect, _), plausible in own.items() if 2 * sum(plausible) < len(plausible)))
+
+
+def believed(verdict: Verdict, odd: Sequence[str], observations: Mapping[str, Observation | Trajectory]) -> Verdict:
+    """The verdict, or that no plausible model was found, where effects are ``odd``: :func:`unbelieved`."""
     if not odd:
         return verdict
     sentence = (

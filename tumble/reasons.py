@@ -1,14 +1,16 @@
 """Why items were lost, each reason said once however many it struck."""
 
+import re
 from collections.abc import Mapping
 from pathlib import PurePath
 
+NUMBER = re.compile(r"\d[\d.]*(e[+-]?\d+)?")
 NAMED = 8
 """Names that a sentence lists before it only counts; ``run.json`` has them all."""
 
 
 def grouped(reasons: Mapping[str, str]) -> list[tuple[str, str]]:
-    """Who, and why: those whose reasons differ in their own name alone are told together, with the words of the first."""
+    """Who, and why: those whose reasons differ in their own name and in numbers alone are told together, with the words of the first."""
     groups: dict[str, list[str]] = {}
     for name, reason in reasons.items():
         groups.setdefault(_without_name(name, reason), []).append(name)
@@ -16,7 +18,7 @@ def grouped(reasons: Mapping[str, str]) -> list[tuple[str, str]]:
 
 
 def _without_name(name: str, reason: str) -> str:
-    return reason.replace(name, "…").replace(PurePath(name).stem, "…")
+    return NUMBER.sub("…", reason.replace(name, "…").replace(PurePath(name).stem, "…"))
 
 
 def _who(names: list[str]) -> str:

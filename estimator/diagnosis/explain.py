@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import FACTOR, group_of, sureness
-from estimator.diagnosis.selection.names import UnderName, key_of, under_names
+from estimator.diagnosis.selection.names import UnderName, under_names
 from estimator.diagnosis.selection.path import At, looked_at, moved, path_from, with_noise
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
@@ -33,13 +33,8 @@ class Step:
     ----------
     added : str
         The effect's key.
-    group : tuple of str
-        It, and what these data cannot tell from it, the most probable first; two effects together as one key, see
-        :func:`estimator.diagnosis.selection.names.key_of`.
     names : tuple of UnderName
-        The group, with what it is under each name.
-    odds : tuple of float
-        Log odds (nats) of the set with each member of the group against the set as it is.
+        It, and what these data cannot tell from it, the most probable first, with what it is under each name.
     probability : float
         Of the effect to be in the model, 0 to 1.
     sure : float
@@ -55,9 +50,7 @@ class Step:
     """
 
     added: str
-    group: tuple[str, ...]
     names: tuple[UnderName, ...]
-    odds: tuple[float, ...]
     probability: float
     sure: float
     worth: float
@@ -65,6 +58,16 @@ class Step:
     before: HeldOut
     after: HeldOut
     fit: CampaignFit
+
+    @property
+    def group(self) -> tuple[str, ...]:
+        """Keys of its names; two effects together are one key."""
+        return tuple(name.key for name in self.names)
+
+    @property
+    def odds(self) -> tuple[float, ...]:
+        """Log odds (nats) of the set with each of its names against the set as it is."""
+        return tuple(name.log_odds for name in self.names)
 
     @property
     def established(self) -> bool:
@@ -207,11 +210,10 @@ def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> 
         fit = _with(last, (*(step.added for step in found), key))
         after = held_out(last.campaign, fit.state, fit.model)
         group = tuple(n for n in group_of(best.trial, best.members, e) if with_families or not set(n.effects) & best.trial.families)
-        names, odds = tuple(key_of(best, name) for name in group), tuple(name.log_odds for name in group)
         stated = (best.posterior.probability(e), sureness(best.trial, best.members, e))
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
-        found.append(Step(key, names, under_names(best, group, last), odds, *stated, worth[key], min(p, 1.0), before, after, fit))
+        found.append(Step(key, under_names(best, group, last), *stated, worth[key], min(p, 1.0), before, after, fit))
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)

@@ -36,7 +36,7 @@ from tumble.reports.verdict import Verdict
 from tumble.unknowns import NO_LAW, _exponent_words, _sentences, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")
-LEFT = "The campaign is explained with gravity. Something is left that no effect of the catalogue explains."
+LEFT = "Part of what the campaign shows is explained with gravity. Something is left that no effect of the catalogue explains."
 FOUND = Verdict("found", LEFT, ("a remark",), ("gravity",))
 
 
@@ -74,7 +74,7 @@ def test_the_document_says_stage_law_and_shapes(tmp_path: Path) -> None:
 def test_the_words_say_stage_share_law_and_what_to_type(tmp_path: Path) -> None:
     verdict = with_unknown(FOUND, left()[2], lambda effects: f"tumble ladder data --effects {','.join(effects)}")
     assert verdict.kind == "found"
-    assert verdict.sentence == ("The campaign is explained with gravity. Something is missing that no effect of the catalogue explains.")
+    assert verdict.sentence == LEFT.replace("is left", "is missing")
     said = " ".join(verdict.remarks)
     assert "It sits in the dynamics" in said
     assert "a thrust that is fixed to the body" in said
@@ -211,13 +211,13 @@ def test_what_is_left_is_told_beside_what_was_found() -> None:
     verdict = verdict_of_explanation(last, explanation("gravity", left=True))
     assert verdict.kind == "found"
     assert verdict.add == ("gravity",)
-    assert verdict.sentence == "The campaign is explained with gravity. Something is left that no effect of the catalogue explains."
+    assert verdict.sentence == LEFT
     told = with_unknown(verdict, left()[2], lambda effects: f"tumble ladder data --effects {','.join(effects)}")
     assert "entre of mass" not in told.sentence
     assert "Once that plug-in is written: tumble ladder data --effects gravity,./my_law.py:MyLaw" in told.remarks
     assert verdict_of_explanation(last, explanation("gravity")).sentence.endswith("Then nothing more is missing.")
     suspected = verdict_of_explanation(last, explanation("gravity", sure=0.8)).sentence
-    assert "nothing that is established" in suspected
+    assert suspected.startswith("Nothing is established. Suspected")
     assert "not established: gravity or something in its place (80.0%)" in suspected
 
 

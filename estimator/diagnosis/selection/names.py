@@ -45,12 +45,14 @@ class Part:
 class UnderName:
     """A group's number under one of its names: the name's ``parts``, one effect as a rule, and its ``probability`` among the names.
 
-    ``unknown``: whether one of the parts is no effect of the catalogue, but an empirical family.
+    ``unknown``: whether one of the parts is no effect of the catalogue, but an empirical family; ``log_odds`` (nats) of the set with it
+    against the set as it is.
     """
 
     parts: tuple[Part, ...]
     probability: float
     unknown: bool = False
+    log_odds: float = 0.0
 
     @property
     def key(self) -> str:
@@ -64,18 +66,43 @@ def key_of(at: At, name: Name) -> str:
 
 
 def under_names(at: At, group: Sequence[Name], told: At) -> tuple[UnderName, ...]:
-    """What a group is under each of its names: in the model that is ``told``, and in fits with another name in the first one's place."""
-    log_odds = np.array([name.log_odds for name in group])
+    """What a group is under each of its names: in the model that is ``told``, and in fits with another name in the first one's place.
+
+    A name that its own fit refutes is left out.
+    """
+    fits = [_fitted(told, _as_told(at, name, told)) for name in group]
+    stand = [(fit, there) for fit, there in fits if not _refuted(told, fit)]
+    log_odds = np.array([there.log_odds for _, there in stand])
     shares = np.exp(log_odds - logsumexp(log_odds)).tolist()
-    return tuple(_fitted_under(told, _as_told(at, name, told), share) for name, share in zip(group, shares, strict=True))
+    return tuple(_under(fit, there, share) for (fit, there), share in zip(stand, shares, strict=True))
 
 
-def _fitted_under(told: At, name: Name, probability: float) -> UnderName:
-    """An effect under a name about its own fit; about what is told where that has the name, or flights run away."""
-    fit = None if name.members == told.members else moved(told, name.members, {}, unknown=True)
+def _fitted(told: At, name: Name) -> tuple[At, Name]:
+    """A fit with a name in the first one's place, and the name there; what is told where that has the name, or flights run away."""
+    of = {effect.entry.key: effect.held_by(None) for effect in told.trial.evidence.of.effects[: len(told.members)]}
+    fit = None if name.members == told.members else moved(told, name.members, of, unknown=True)
     if fit is None:
-        return _under(told, name, probability)
-    return _under(fit, replace(name, effects=tuple(map(name.members.index, name.effects)), members=fit.members), probability)
+        return told, name
+    return fit, replace(name, effects=tuple(map(name.members.index, name.effects)), members=fit.members)
+
+
+def _refuted(told: At, fit: At) -> bool:
+    """Whether a fit with another name loses to what is told, or to that in its place there, likelihood and evidence alike.
+
+    A name stands for an effect in the linear neighbourhood of the model that is told; how far that reaches only a fit says. Two fits are
+    compared where the likelihood is one of the rows, not of scores, which differ with what is on trial.
+    """
+    of = fit.trial.evidence.of
+    if fit is told or not set(told.keys) <= set(of.keys):
+        return False
+    others = [_worth(fit, tuple(sorted(map(of.keys.index, told.keys)))), *([_worth(told, told.members)] if of.count is None else [])]
+    return any(bool(np.all(other - _worth(fit, fit.members) > np.log(FACTOR))) for other in others)
+
+
+def _worth(at: At, members: Set) -> Array:
+    """Log likelihood and log evidence (2,) of a set, nats."""
+    evidence = at.trial.evidence
+    return np.array([evidence.fitted(members).log_likelihood, evidence.log_evidence(members)])
 
 
 def _as_told(at: At, name: Name, told: At) -> Name:
@@ -96,7 +123,7 @@ def widened(group: Sequence[UnderName], of: Uncertain) -> tuple[UnderName, ...]:
 
 def _under(at: At, name: Name, probability: float) -> UnderName:
     unknown = bool(set(name.effects) & at.trial.families)
-    return UnderName(tuple(_part(at, name.members, effect) for effect in name.effects), probability, unknown)
+    return UnderName(tuple(_part(at, name.members, effect) for effect in name.effects), probability, unknown, name.log_odds)
 
 
 def _part(at: At, members: Set, effect: int) -> Part:

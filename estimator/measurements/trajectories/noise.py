@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from estimator.diagnosis.selection.evidence import BEYOND
 from estimator.diagnosis.selection.groups import FACTOR
+from estimator.effects.catalogue.clock.dropped_frames import DroppedFrames
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
@@ -27,6 +28,7 @@ from estimator.likelihood.alike_noise import (
     freedom_in,
     less_explained,
     noise_of,
+    polynomials,
     surprise,
 )
 from estimator.likelihood.noise_freedom import noise_freedom
@@ -165,7 +167,61 @@ def _less_an_effect(campaign: Campaign, fit: CampaignFit, axes: list[_Axis]) -> 
         value = sum(each.surprise for each in less) + spent
         if value < least:
             least, best = value, less
+    less, spent = _less_gaps(campaign, fit, free, scales)
+    best = less if sum(each.surprise for each in less) + spent < least else best
     return [*(each for each in axes if each.known), *best]
+
+
+def _less_gaps(campaign: Campaign, fit: CampaignFit, axes: list[_Axis], scales: list[float]) -> tuple[list[_Axis], float]:
+    """The axes less whole numbers of frames that are missing once in a sequence, where they explain most, and what they cost.
+
+    Frames that were lost and not counted are no smooth motion: as noise they would hide all else, and be told as drag.
+    """
+    gap, spent = DroppedFrames(), 0.0
+    if gap.entry.key in fit.model.keys or campaign.kind.why_not(campaign, gap) is not None:
+        return axes, np.inf
+    model, residuals = Model((*fit.model.effects, gap)), [list(axis.residuals) for axis in axes]
+    price = float(np.log(sum(len(r) for axis in axes for r in axis.residuals)))
+    late = tuple(np.concatenate([theta, [0.0, -1.0]]) for theta in fit.state.theta)  # a gap before all rows
+    for i, task in enumerate(campaign.sequences):
+        frames = gap.starts(task.setting)[:, 1]
+        here = [(a, list(axis.columns).index(i)) for a, axis in enumerate(axes) if i in axis.columns]
+        if not len(frames) or not here:
+            continue
+        moves = sequence_equations(campaign, i, CampaignState(fit.state.flights, late), model).errors.J[:, :, -2]
+        after = task.times_s[:, None] > task.setting.times_s[0] + (frames + 0.5) * task.setting.interval_s
+        made = [_of_rows(task, axes[a].columns[i], moves, after) for a, _ in here]
+        place, count = _likeliest_gap(
+            [(axes[a].residuals[k] / scales[a], m / scales[a], axes[a].times[k]) for (a, k), m in zip(here, made, strict=True)]
+        )
+        if count:
+            spent += price + 2.0 * float(np.log(len(frames)))
+            for (a, k), m in zip(here, made, strict=True):
+                residuals[a][k] = residuals[a][k] + count * m[:, place]
+    return [replace(axis, residuals=each) for axis, each in zip(axes, residuals, strict=True)], spent
+
+
+def _of_rows(task: TrajectoryTask, column: int, moves: Array, after: NDArray[np.bool_]) -> Array:
+    """What a frame that is lost makes of the rows that were seen in a column, (n, k) for ``k`` places of it."""
+    seen = np.isfinite(task.sigma[:, column])
+    return np.asarray((moves[seen, column] * task.sigma[seen, column])[:, None] * after[seen])
+
+
+def _likeliest_gap(axes: Sequence[tuple[Array, Array, Array]]) -> tuple[int, float]:
+    """Where most is explained beside polynomials, and by how many frames: 0 where none of them is missing.
+
+    Of each axis residuals (n,), what one lost frame adds to them at each place, (n, k), and times (n,) s.
+    """
+    slope, size = np.zeros((2, axes[0][1].shape[1]))
+    for r, made, times_s in axes:
+        span = max(float(np.ptp(times_s)), ROUNDING)
+        Q, _ = np.linalg.qr(polynomials(2.0 * (times_s - times_s[0]) / span - 1.0))
+        bent = made - Q @ (Q.T @ made)
+        slope -= bent.T @ r
+        size += np.sum(bent**2, axis=0)
+    count = np.clip(np.rint(slope / np.maximum(size, ROUNDING)), 0.0, DroppedFrames.entry.parameters[0].plausible[1])
+    place = int(np.argmax(2.0 * count * slope - count**2 * size))
+    return place, float(count[place])
 
 
 def _refuse_without_scatter(noise: ChannelNoise | None, names: Sequence[str], what: str) -> None:
