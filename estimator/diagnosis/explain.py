@@ -27,26 +27,12 @@ ESTABLISHED = FACTOR / (1.0 + FACTOR)
 
 @dataclass(frozen=True)
 class Step:
-    """One effect of the explanation.
+    """One effect of the explanation, ``added`` its key, in the campaign that was ``fit`` with the effects up to it.
 
-    Attributes
-    ----------
-    added : str
-        The effect's key.
-    names : tuple of UnderName
-        It, and what these data cannot tell from it, the most probable first, with what it is under each name.
-    probability : float
-        Of the effect to be in the model, 0 to 1.
-    sure : float
-        Probability that it or something in its place is: 0 to 1.
-    worth : float
-        Log evidence (nats) that the model loses without it.
-    p : float
-        p-value of the effect's score test in the base model.
-    before, after : HeldOut
-        Errors of what was not fitted, without it and with it, beside the effects that the search found before.
-    fit : CampaignFit
-        The campaign fitted with the effects up to this one.
+    ``names``: it, and what these data cannot tell from it, the most probable first; ``probability`` of the effect to be in the model, and
+    how ``sure`` it is that it or something in its place is, 0 to 1; ``worth``: log evidence (nats) that the model loses without it; ``p``
+    of its score test in the base model; ``before``, ``after``: errors of what was not fitted, without it and with it, beside the effects that
+    the search found before.
     """
 
     added: str
@@ -79,24 +65,10 @@ class Step:
 class Explanation:
     """What was found.
 
-    Attributes
-    ----------
-    begun : At
-        The base model: its fit, and all sets' evidence there.
-    last : At
-        The most probable set: its fit, without a family that stands for something unknown, and all sets' evidence there.
-    path : tuple of At
-        The search's way from one to the other.
-    rungs : tuple of Step
-        The effects that were found, in the order in which the search did.
-    covariance : CampaignCovariance
-        Of the last fit.
-    diagnosis : Diagnosis
-        Of the last fit.
-    left : Unknown or None
-        What no effect of the catalogue explains; ``None`` where no empirical family applies.
-    held_out : HeldOut
-        Errors of the last fit on what was not fitted.
+    ``begun``: the base model and all sets' evidence about its fit; ``last``: the most probable set without a family that stands for
+    something unknown, and evidence about it; ``path``: the search's way from one to the other; ``rungs``: the effects in the order in which
+    the search found them. Of the last fit ``covariance``, ``diagnosis``, and errors ``held_out`` on what was not fitted; ``left``: what no
+    effect of the catalogue explains, ``None`` where no empirical family applies.
     """
 
     begun: At
