@@ -30,9 +30,9 @@ class Step:
     """One effect of the explanation, ``added`` its key, in the campaign that was ``fit`` with the effects up to it.
 
     ``names``: it, and what these data cannot tell from it, the most probable first; ``probability`` of the effect to be in the model, and
-    how ``sure`` it is that it or something in its place is, 0 to 1; ``worth``: log evidence (nats) that the model loses without it; ``p``
-    of its score test in the base model; ``before``, ``after``: errors of what was not fitted, without it and with it, beside the effects that
-    the search found before.
+    how ``sure`` it is that it or something in its place is, 0 to 1; ``worth``: log evidence (nats) that the model loses without it;
+    ``p`` of its score test in the base model; ``before``, ``after``: errors of what was not fitted, without it and with it, beside the
+    effects that the search found before.
     """
 
     added: str
