@@ -34,7 +34,7 @@ INVISIBLE_PX = 1e-9
 """Movement of outlines, root mean square, that counts as none: rounding."""
 OF_LINKS = ("derivatives", "it acts")
 """Contracts that an effect drawn anew in every frame cannot be held to, since it is a variance and touches no link, nor one that does
-nothing to pictures by itself: what a tracker or a gyroscope reports, or air that moves."""
+nothing to pictures by itself: what a tracker or a gyroscope reports, air that moves, or a drag that goes with the lift of others."""
 BY_THEMSELVES = tuple(link for link in LINKS if link not in ("tracked", "reading", "air"))
 NOTHING = "no parameter to differentiate"
 
@@ -61,7 +61,7 @@ def check_contracts(effect: EffectModel, sequence: SequenceTask, flight: Flight)
         "derivatives": _derivatives,
         "it acts": _acts,
     }
-    if effect.random or not overrides(effect, *BY_THEMSELVES):
+    if effect.random or effect.of_lift or not overrides(effect, *BY_THEMSELVES):
         checks = {name: check for name, check in checks.items() if name not in OF_LINKS}
     return tuple(_tried(name, check, (effect, sequence, flight)) for name, check in checks.items())
 
