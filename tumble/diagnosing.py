@@ -434,6 +434,8 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
             values = np.array([fit.state.theta[i][part] for i in owners])
             size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
             there = np.ptp(values, axis=0) > 0.0  # along an axis that nobody measured all are alike
+            if not there.any():
+                continue
             each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s, some in zip(effect.entry.parameters, size, there, strict=True) if some)
             far = np.flatnonzero(np.sum((values / np.maximum(size, np.finfo(np.float64).tiny)) ** 2, axis=1) > FAR**2 * len(size))
             named = [owner_name(campaign, effect.entry.scope, owners[i]) for i in far[:MOST_TOLD]]

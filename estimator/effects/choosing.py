@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 SCALES = ("frame_rate", "length_scale")
 """Effects that only a known acceleration can tell from velocities and spins of another size."""
 FREE_ACCELERATIONS = ("gravity", "uniform_acceleration")
-THROUGH_AIR = ("linear_drag", "quadratic_drag", "magnus_lift", "saturating_lift", "induced_drag")
+THROUGH_AIR = ("linear_drag", "quadratic_drag", "magnus_lift", "saturating_lift")
 """Effects by which a wind acts."""
 WIND = "steady_wind"
 DRAG_BY_LIFT = "induced_drag"
@@ -131,10 +131,23 @@ def excluded(keys: Sequence[str]) -> str | None:
     An effect with one value per sequence is held by their scatter, so a model can have it beside what all sequences share.
     """
     of_all = [key for key in keys if not whose(key)[1]]
-    return contradiction([key for key in of_all if key not in MODELS or not MODELS[key].entry.scope.own])
+    return lacking(keys) or one_number([key for key in of_all if key not in MODELS or not MODELS[key].entry.scope.own])
 
 
 def contradiction(keys: Sequence[str]) -> str | None:
+    """Why effects do nothing together, or no data can tell them apart; ``None`` where some can."""
+    return lacking(keys) or one_number(keys)
+
+
+def lacking(keys: Sequence[str]) -> str | None:
+    """What an effect acts through and effects lack; users' own may be that, too. ``None`` where they lack nothing."""
+    for key, through, how in ((WIND, THROUGH_AIR, "acts through drag or lift"), (DRAG_BY_LIFT, LIFTS, "goes with lift")):
+        if key in keys and not any(other in through or other not in MODELS for other in keys):
+            return f"{key} {how} alone; expected one of {', '.join(through)} beside it."
+    return None
+
+
+def one_number(keys: Sequence[str]) -> str | None:
     """Why no data can tell effects apart; ``None`` where some can."""
     scales = [key for key in keys if key in SCALES]
     if len(scales) > 1:
@@ -142,11 +155,6 @@ def contradiction(keys: Sequence[str]) -> str | None:
             "frame_rate and length_scale contradict each other: both only change how large gravity looks, "
             "g (1 + r)^-2 / (1 + s), so that one number would have to give two."
         )
-    # Users' own effects may act through the air, too.
-    if WIND in keys and not any(key in THROUGH_AIR or key not in MODELS for key in keys):
-        return f"{WIND} acts through drag or lift alone; expected one of {', '.join(THROUGH_AIR)} beside it."
-    if DRAG_BY_LIFT in keys and not any(key in LIFTS or key not in MODELS for key in keys):
-        return f"{DRAG_BY_LIFT} goes with lift alone; expected one of {', '.join(LIFTS)} beside it."
     free = [key for key in keys if key in FREE_ACCELERATIONS]
     if scales and free:
         return (

@@ -35,8 +35,9 @@ def feels_air(effect: EffectModel) -> bool:
 def idle(effect: EffectModel, beside: Iterable[EffectModel]) -> bool:
     """Whether an effect does nothing ``beside`` these: a wind that nothing feels, a drag by lift without one."""
     others = tuple(beside)
-    blows = moves_air_alone(effect) and not any(feels_air(each) for each in others)
-    return blows or (effect.of_lift and not any(each.lifts for each in others))
+    lifted = any(each.lifts for each in others)
+    felt = any(feels_air(each) for each in others if lifted or not each.of_lift)
+    return (moves_air_alone(effect) and not felt) or (effect.of_lift and not lifted)
 
 
 @lru_cache(maxsize=256)

@@ -44,7 +44,15 @@ def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
 
 
 def half_log_det(H: Array) -> float:
-    """Half the logarithm of the determinant of a normal matrix, without directions that are not seen; ``H`` (p, p)."""
+    """Half the logarithm of the determinant of a normal matrix, without directions that are not seen; ``H`` (p, p).
+
+    Raises
+    ------
+    NothingSeen
+        Where it is no number.
+    """
+    if not np.isfinite(H).all():
+        raise NothingSeen(NOTHING_SEEN)
     seen = np.diag(H) > 0.0
     root = np.sqrt(np.diag(H)[seen])
     value = np.linalg.eigvalsh(H[np.ix_(seen, seen)] / np.outer(root, root))

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from datasets.vocabulary.effects import begins, in_words
 from estimator.diagnosis.separation import Expected, Prospect, Separation
-from estimator.effects.choosing import excluded
+from estimator.effects.choosing import excluded, lacking
 from tumble.reports.verdict import Verdict
 
 MOST_NAMED = 2
@@ -65,4 +65,4 @@ def _would_not(recordings: Sequence[Prospect]) -> str:
 
 
 def _one_at_a_time(pair: tuple[str, str]) -> str:
-    return " Either way only one of them can be in a model." if excluded(pair) is not None else ""
+    return " Either way only one of them can be in a model." if excluded(pair) is not None and lacking(pair) is None else ""

@@ -105,5 +105,7 @@ def test_values_of_every_sequence_can_stand_beside_what_all_share() -> None:
 def test_a_wind_needs_something_to_act_by_and_comes_after_it() -> None:
     assert [e.entry.key for e in chosen_effects("steady_wind,linear_drag")] == ["linear_drag", "steady_wind"]
     assert contradiction(["steady_wind", "my_drag"]) is None
+    assert "goes with lift alone" in str(contradiction(["induced_drag", "quadratic_drag"]))
+    assert excluded(["induced_drag", "unmeasured_lift"]) is None
     with pytest.raises(InputError, match="steady_wind acts through drag or lift alone"):
         chosen_effects("steady_wind,gravity")

@@ -17,4 +17,5 @@ def test_a_drag_by_lift_does_nothing_without_one_and_a_wind_nothing_that_is_not_
     assert not any(idle(MODELS["induced_drag"], [MODELS[key]]) for key in ("magnus_lift", "saturating_lift", "unmeasured_lift"))
     assert idle(MODELS["steady_wind"], [MODELS["unmeasured_lift"], MODELS["gravity"]])
     assert not idle(MODELS["steady_wind"], [MODELS["linear_drag"]])
+    assert idle(MODELS["steady_wind"], [MODELS["induced_drag"]])
     assert not idle(MODELS["gravity"], [])
