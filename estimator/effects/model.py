@@ -211,20 +211,12 @@ class ModelForces:
     setting: Setting
 
     def acceleration(self, time_s: float, state: States, omega: Array) -> Array:
-        """Sum of the effects' accelerations (m, 3)."""
-        moment = self._moment(time_s, state, omega)
-        return self._sum("acceleration", replace(moment, lift=self._lift(moment)) if self._dragged_by_lift else moment)
-
-    def _lift(self, moment: Moment) -> Array | None:
-        """Acceleration (m, 3) by the effects that lift."""
-        found = [effect.acceleration(theta, moment, self.setting) for effect, theta in self._acting["acceleration"] if effect.lifts]
-        lifts = [lift for lift in found if lift is not None]
-        return np.asarray(sum(lifts[1:], start=lifts[0])) if lifts else None
-
-    @cached_property
-    def _dragged_by_lift(self) -> bool:
-        """Whether a force depends on the lift of others."""
-        return any(e.of_lift for e, _ in self.model.touching("acceleration"))
+        """Sum of the effects' accelerations (m, 3): of those that lift first, since drag may go with it."""
+        moment, acting = self._moment(time_s, state, omega), self._acting["acceleration"]
+        lift = self._sum("acceleration", moment, [pair for pair in acting if pair[0].lifts])
+        others = self._sum("acceleration", replace(moment, lift=lift), [pair for pair in acting if not pair[0].lifts])
+        parts = [part for part in (lift, others) if part is not None]
+        return sum(parts[1:], start=parts[0]) if parts else np.zeros(moment.x.shape)
 
     @property
     def torque(self) -> Rate | None:
@@ -243,7 +235,8 @@ class ModelForces:
         return all(e.constant and holds_of(e, "constant", *forces) for e, _ in self.model.touching(*forces))
 
     def _torque(self, time_s: float, state: States, omega: Array) -> Array:
-        return self._sum("torque", self._moment(time_s, state, omega))
+        torque = self._sum("torque", self._moment(time_s, state, omega), self._acting["torque"])
+        return np.zeros(state.x.shape) if torque is None else torque
 
     def _moment(self, time_s: float, state: States, omega: Array) -> Moment:
         return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q), self._air)
@@ -255,10 +248,11 @@ class ModelForces:
         moving = [wind for wind in winds if wind is not None]
         return np.asarray(sum(moving)) if moving else None
 
-    def _sum(self, link: str, moment: Moment) -> Array:
-        values = (getattr(effect, link)(theta, moment, self.setting) for effect, theta in self._acting[link])
-        acting = [value for value in values if value is not None]
-        return np.asarray(sum(acting[1:], start=acting[0]), dtype=np.float64) if acting else np.zeros(moment.x.shape)
+    def _sum(self, link: str, moment: Moment, acting: list[tuple[EffectModel, Array]]) -> Array | None:
+        """What effects with their parameters (m, q) do together (m, 3); ``None``: nothing."""
+        values = (getattr(effect, link)(theta, moment, self.setting) for effect, theta in acting)
+        done = [value for value in values if value is not None]
+        return np.asarray(sum(done[1:], start=done[0]), dtype=np.float64) if done else None
 
     @cached_property
     def _acting(self) -> dict[str, list[tuple[EffectModel, Array]]]:
