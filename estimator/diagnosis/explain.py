@@ -125,7 +125,7 @@ def explain(
     last = _without_families(path, catalogue)
     told_apart = set(best.members) & best.trial.families
     held = [*path, last]
-    rungs = _rungs(held, best if set(last.keys) <= set(best.keys) else last, told, with_families=not told_apart)
+    rungs = _rungs(held, best, told, with_families=not told_apart)
     error = rungs[-1].after if rungs else held_out(last.campaign, last.fit.state, last.fit.model)
     diagnosis = _as_probable_as_in(best, diagnosis_at(last, ended=True))
     unknown = [e for e in best.members if e in best.trial.families]
@@ -166,29 +166,35 @@ def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]
 def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> tuple[Step, ...]:
     """The effects of the last model on the ``path``, as the search found them, each with held-out errors beside those before it.
 
-    Something unknown is a name of one of them only where it is not told as missing beside them: its place is known then.
+    What the most probable set has is judged there; what is told in the unknown's place, in the last model. Something unknown is a name of
+    one of them only where it is not told as missing beside them: its place is known then.
     """
     begun, last = path[0], path[-1]
-    numbers = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
-    keys = [key for key in last.keys if numbers[key] not in best.trial.noise]
-    whole = best.trial.log_posterior(best.members)
-    worth = {key: whole - best.trial.log_posterior(tuple(m for m in best.members if m != numbers[key])) for key in keys}
+    of = {key: best if key in best.keys else last for key in last.keys}
+    places = {key: (at, at.trial.evidence.of.keys.index(key)) for key, at in of.items()}
+    keys = [key for key, (at, e) in places.items() if e not in at.trial.noise]
+    worth = {key: _worth(at, e) for key, (at, e) in places.items()}
     first = {key: next(i for i, at in enumerate(path) if key in at.keys) for key in keys}
     tests = {t.effect.entry.key: t for t in tests_beside(begun.trial.evidence.of)}
     before = held_out(last.campaign, begun.fit.state, begun.fit.model) if keys else None
     found: list[Step] = []
     for key in sorted(keys, key=lambda key: (first[key], -worth[key])):
-        e = numbers[key]
+        at, e = places[key]
         fit = _with(last, (*(step.added for step in found), key))
         after = held_out(last.campaign, fit.state, fit.model)
-        group = tuple(n for n in group_of(best.trial, best.members, e) if with_families or not set(n.effects) & best.trial.families)
-        stated = (best.posterior.probability(e), sureness(best.trial, best.members, e))
+        group = tuple(n for n in group_of(at.trial, at.members, e) if with_families or not set(n.effects) & at.trial.families)
+        stated = (at.posterior.probability(e), sureness(at.trial, at.members, e))
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
-        found.append(Step(key, under_names(best, group, last), *stated, worth[key], min(p, 1.0), before, after, fit))
+        found.append(Step(key, under_names(at, group, last), *stated, worth[key], min(p, 1.0), before, after, fit))
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)
+
+
+def _worth(at: At, effect: int) -> float:
+    """Log posterior probability (nats) that a set loses without an effect."""
+    return at.value - at.trial.log_posterior(tuple(m for m in at.members if m != effect))
 
 
 def _with(last: At, keys: tuple[str, ...]) -> CampaignFit:

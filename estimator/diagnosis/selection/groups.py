@@ -2,8 +2,7 @@
 
 A name of an effect that was found is what a nearly as probable set has instead of it: another effect, two together, or something unknown.
 What such a set has instead must be of use there (without any of it, the set is less probable), and the effect itself must not be (put back,
-it makes the set no more probable). Nor must it stand for something else that the set lacks: with the effect in its place again the set has
-to be nearly as probable.
+it makes the set no more probable).
 
 Confounding is read off the information, not off a list. Of the fitted signature of an effect, another effect that is put in its place can
 make up a part; what it cannot is the squared sine of the principal angle between the signature and the other's columns, with all else
@@ -85,7 +84,7 @@ def _as_probable(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
         odds = _odds(trial, other, members)
         if effect in other or not new or odds < -np.log(FACTOR):
             continue
-        if _of_use(trial, other, new) and _in_place(trial, other, effect) and _changes_back(trial, other, new, effect):
+        if _of_use(trial, other, new) and _in_place(trial, other, effect):
             yield Name(new, other, odds)
 
 
@@ -101,11 +100,6 @@ def _of_use(trial: Trial, members: Set, new: Set) -> bool:
 def _in_place(trial: Trial, other: Set, effect: int) -> bool:
     """Whether a set without an effect has something in its place: put back, the effect is of no use there."""
     return trial.log_posterior(tuple(sorted((*other, effect)))) <= trial.log_posterior(other)
-
-
-def _changes_back(trial: Trial, other: Set, new: Set, effect: int) -> bool:
-    """Whether the effect does for what a set has that is ``new``, and not only for what else the set lacks."""
-    return _odds(trial, tuple(sorted((*(e for e in other if e not in new), effect))), other) >= -np.log(FACTOR)
 
 
 def exchange(trial: Trial, members: Set, effect: int, other: int) -> tuple[float, float, Array]:
