@@ -20,7 +20,7 @@ from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, d
 from estimator.diagnosis.explain import ESTABLISHED, Explanation, Step, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
-from estimator.diagnosis.selection.names import left_out, possible_beside, possible_names, widened
+from estimator.diagnosis.selection.names import left_out, possible_names, widened
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.effects.choosing import catalogue, in_cameras
@@ -69,6 +69,7 @@ FAR = 4.0
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
 NOTHING_MORE = "Then nothing more is missing."
+VALUES_BESIDE = "Values, v and ω are those beside what is unknown; a ladder without it gives others."
 EXPLAINED, PART_EXPLAINED = "The campaign is explained with", "Part of what the campaign shows is explained with"
 STAND_IN = "a name may stand in for something that the catalogue lacks."
 
@@ -280,14 +281,12 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     """The whole loop; also writes the estimates of the last model, by which the contact of drops is ``judged``."""
     names = campaign.names
     explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates(campaign), told=told)
-    campaign = campaign.at(explanation.campaign)
+    best, last = explanation.path[-1], explanation.diagnosis
+    campaign = campaign.at(best.campaign)
     registered = campaign.registered
-    last = explanation.diagnosis
-    groups = explanation.groups
-    best, keys = explanation.path[-1], explanation.fit.model.keys
-    possible = possible_names(best, groups, keys), possible_beside(best, keys)
-    of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates(campaign), *possible)
-    groups = tuple(widened(group, of) for group in groups)
+    possible = possible_names(best, explanation.groups)
+    of = uncertain(registered.campaign, settled_fit(registered, best.fit), question.candidates(campaign), possible)
+    groups = tuple(widened(group, of) for group in explanation.groups)
     written = estimated(question, campaign, out, of=of)
     named = [each.key for group in groups for each in group]
     begun = diagnosis_at(explanation.begun)
@@ -298,14 +297,15 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     steps, apart = _step_entries(explanation, campaign)
     of_contact = () if contact is None else (contact.sentence,)
     axes = axes_words(campaign.observations, explanation.found)
-    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *beside_words(left_out(best, keys)))
+    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *beside_words(left_out(best, explanation.fit.model.keys)))
+    of_found = (*of_found, VALUES_BESIDE) if best is not explanation.last and explanation.found else of_found
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     odd = unbelieved(effect_values(registered, of.fit, of.at.plain))
-    rest = unknown_entry(registered.campaign, explanation.fit, None if odd else explanation.left, names, told=told)
+    rest = unknown_entry(explanation.campaign, explanation.fit, None if odd else explanation.left, names, told=told)
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
-    floor = _below(_floor(registered.campaign, explanation.fit), rest)
+    floor = _below(_floor(explanation.campaign, explanation.fit), rest)
     sure = explanation.left.sure if explanation.left is not None else 1.0
     verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=sure)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
@@ -315,8 +315,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     return {
         **content,
         "names": name_entries(groups),
-        "noise_floor": noise_floor_entry(floor, registered.campaign, _sure(last)),
-        "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
+        "noise_floor": noise_floor_entry(floor, explanation.campaign, _sure(last)),
+        "maps": [map_entry(each) for each in residual_maps(explanation.campaign, explanation.fit)],
         "begun": diagnosis_entry(begun, names),
         "diagnosis": diagnosis_entry(last, names),
         "steps": steps,

@@ -66,7 +66,7 @@ class Explanation:
     """What was found.
 
     ``begun``: the base model and all sets' evidence about its fit; ``last``: the most probable set without a family that stands for
-    something unknown, and evidence about it; ``path``: the search's way from one to the other; ``rungs``: the effects in the order in which
+    something unknown, and evidence about it; ``path``: the search's way to the most probable set, what is unknown in it; ``rungs``: the effects in the order in which
     the search found them. Of the last fit ``covariance``, ``diagnosis``, and errors ``held_out`` on what was not fitted; ``left``: what no
     effect of the catalogue explains, ``None`` where no empirical family applies.
     """
@@ -186,7 +186,7 @@ def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> 
         stated = (at.posterior.probability(e), sureness(at.trial, at.members, e))
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
-        found.append(Step(key, under_names(at, group, last), *stated, worth[key], min(p, 1.0), before, after, fit))
+        found.append(Step(key, under_names(at, group), *stated, worth[key], min(p, 1.0), before, after, fit))
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)

@@ -14,6 +14,7 @@ from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Parameter, Scope
 from estimator.data.configuration import Configuration
 from estimator.data.versions import versions
+from estimator.effects.empirical.families import EMPIRICAL
 from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
@@ -50,11 +51,11 @@ class EffectValue(WithInterval):
 
 
 def effect_values(registered: Registered, fit: CampaignFit, covariance: CampaignCovariance) -> tuple[EffectValue, ...]:
-    """Values of every effect that is not held near zero, per group that shares them."""
+    """Values of every effect that is not held near zero, nor stands for something unknown, per group that shares them."""
     campaign = registered.campaign
     found = []
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
-        if effect.instrument:
+        if effect.instrument or effect.entry.key in EMPIRICAL:
             continue
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
         for sequence in groups:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.explain import Explanation, Step
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.names import JOINED, possible_beside, possible_names
+from estimator.diagnosis.selection.names import JOINED, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
@@ -28,18 +28,16 @@ UNKNOWN = "unknown"
 
 def answer(explained: Explanation) -> dict[str, Any]:
     """The whole answer to one campaign."""
-    campaign, begun = explained.campaign, explained.begun
+    best, begun = explained.path[-1], explained.begun
+    campaign = best.campaign
     errors = {"base": explained.rungs[0].before, "final": explained.held_out} if explained.rungs else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
-    best, keys = explained.path[-1], explained.fit.model.keys
-    last = uncertain(
-        campaign, explained.fit, catalogue(campaign.cameras), possible_names(best, explained.groups, keys), possible_beside(best, keys)
-    )
+    last = uncertain(campaign, best.fit, catalogue(campaign.cameras), possible_names(best, explained.groups))
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
         "probability": probabilities(explained),
-        **unexplained(campaign, explained),
+        **unexplained(explained),
         "steps": [
             {
                 "added": s.added,
@@ -57,17 +55,17 @@ def answer(explained: Explanation) -> dict[str, Any]:
         ],
         "tests": [_test(test) for test in first],
         "information": {key: matrix.tolist() for key, matrix in all_information(begun.campaign, begun.fit, first).items()},
-        "parameters": parameters(campaign, explained.fit, last.of_values),
+        "parameters": parameters(campaign, best.fit, last.of_values),
         "axes": {
             name: flight.body.R_particle_body.tolist()
-            for name, flight in zip(campaign.recordings, explained.fit.state.flights, strict=True)
+            for name, flight in zip(campaign.recordings, best.fit.state.flights, strict=True)
         },
-        "impacts": impacts(campaign, explained.fit, last.at),
+        "impacts": impacts(campaign, best.fit, last.at),
         "velocities": {
             "base": velocities(
                 begun.campaign, begun.fit, uncertain(begun.campaign, begun.fit, catalogue(begun.campaign.cameras)).at.fitted
             ),
-            "final": velocities(campaign, explained.fit, last.at.fitted),
+            "final": velocities(campaign, best.fit, last.at.fitted),
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},
     }
@@ -87,12 +85,12 @@ def probabilities(explained: Explanation) -> dict[str, float]:
     return {**found, UNKNOWN: float(sum(last.posterior.probability(e) for e in last.trial.families))}
 
 
-def unexplained(campaign: Campaign, explained: Explanation) -> dict[str, Any]:
+def unexplained(explained: Explanation) -> dict[str, Any]:
     """Whether something is left that no effect of the catalogue explains, its stage, and what an empirical term and a law make of it."""
     left = explained.left
     if left is None or not left.present:
         return {"unknown": False, "stage": "", "p_left": 1.0 if left is None else left.p}
-    found = fit_empirical(campaign, explained.fit, left)
+    found = fit_empirical(explained.campaign, explained.fit, left)
     law = found.law if found.described else None
     return {
         "unknown": True,

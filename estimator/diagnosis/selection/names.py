@@ -1,7 +1,7 @@
 """One number with several names: what it is under each, and what its other names leave open of everything fitted.
 
-A group of an effect that was found and of what may stand in its place has a value under every name (:mod:`.groups`), beside what is told:
-what the most probable set has besides, but is not told, is left out of all of them, and widens them as it widens the fit's.
+A group of an effect that was found and of what may stand in its place has a value under every name (:mod:`.groups`), beside all that the
+most probable set has besides: what is unknown, and what is not established, would be in the values without.
 
 As long as nothing settles the group, the model with the first name may be wrong: with the probability ``w`` of another name, its share of
 the group's, the other effect has the value that it has in the set with it in the first one's place. About none, where the fit has it, its
@@ -21,7 +21,7 @@ from datasets.vocabulary.effects import Parameter
 from estimator.diagnosis.selection.groups import FACTOR, Name
 from estimator.diagnosis.selection.path import At, moved
 from estimator.diagnosis.selection.search import Set
-from estimator.fitting.campaigns.considered import LeftOut, Possible, Uncertain
+from estimator.fitting.campaigns.considered import Possible, Uncertain
 
 Array = NDArray[np.float64]
 JOINED = "+"
@@ -65,13 +65,13 @@ def key_of(at: At, name: Name) -> str:
     return JOINED.join(at.named(name.effects))
 
 
-def under_names(at: At, group: Sequence[Name], told: At) -> tuple[UnderName, ...]:
-    """What a group is under each of its names: in the model that is ``told``, and in fits with another name in the first one's place.
+def under_names(at: At, group: Sequence[Name]) -> tuple[UnderName, ...]:
+    """What a group is under each of its names: in the set where it was found, and in fits with another name in the first one's place.
 
     A name that its own fit refutes is left out.
     """
-    fits = [_fitted(told, _as_told(at, name, told)) for name in group]
-    stand = [(fit, there) for fit, there in fits if not _refuted(told, fit)]
+    fits = [_fitted(at, name) for name in group]
+    stand = [(fit, there) for fit, there in fits if not _refuted(at, fit)]
     log_odds = np.array([there.log_odds for _, there in stand])
     shares = np.exp(log_odds - logsumexp(log_odds)).tolist()
     return tuple(_under(fit, there, share) for (fit, there), share in zip(stand, shares, strict=True))
@@ -105,17 +105,12 @@ def _worth(at: At, members: Set) -> Array:
     return np.array([evidence.fitted(members).log_likelihood, evidence.log_evidence(members)])
 
 
-def _as_told(at: At, name: Name, told: At) -> Name:
-    """A name with what is told beside it, and nothing else; its effects are numbered as there."""
-    number = {key: e for e, key in enumerate(told.trial.evidence.of.keys)}
-    of_name, without = at.named(name.effects), set(at.keys) - set(at.named(name.members))
-    members = {number[key] for key in (*told.keys, *of_name) if key not in without}
-    return Name(tuple(number[key] for key in of_name), tuple(sorted(members)), name.log_odds)
-
-
 def widened(group: Sequence[UnderName], of: Uncertain) -> tuple[UnderName, ...]:
-    """A group whose values are as much wider as those of its first name are that the fit has, by what was left out of it."""
-    columns = of.fit.model.layout.columns([part.key for part in group[0].parts])
+    """A group whose values are as much wider as those of its first name are that the fit has, by what is stated of what it lacks."""
+    keys = [part.key for part in group[0].parts]
+    if not set(keys) <= set(of.fit.model.keys):
+        return tuple(group)
+    columns = of.fit.model.layout.columns(keys)
     wide, plain = (np.diag(each.of(0, columns)) for each in (of.of_values, of.at.plain))
     times = float(np.sqrt(np.max(wide[plain > 0.0] / plain[plain > 0.0], initial=1.0)))
     return tuple(replace(name, parts=tuple(replace(part, sigma=times * part.sigma) for part in name.parts)) for name in group)
@@ -134,23 +129,13 @@ def _part(at: At, members: Set, effect: int) -> Part:
     return Part(of.effects[effect].entry.key, named, fitted.mean[here], fitted.sigma[here])
 
 
-def possible_names(at: At, groups: Sequence[Sequence[UnderName]], model: Sequence[str]) -> tuple[Possible, ...]:
-    """What may be true beside a ``model``: other names of what it has, what is neither shown nor excluded, what was left out."""
-    other = (name for group in groups for name in group[1:] if not name.unknown)
-    return _possible_parts(at, (*other, *_additions(at), *left_out(at, model)), model)
-
-
-def possible_beside(at: At, model: Sequence[str]) -> LeftOut:
-    """What was left out of a ``model``: the values that it is told with have a part of that in them, whatever their names."""
-    return LeftOut(_possible_parts(at, left_out(at, model), model), tuple(key for key in model if key not in at.keys))
-
-
-def _possible_parts(at: At, names: Sequence[UnderName], model: Sequence[str]) -> tuple[Possible, ...]:
-    """The parts of names that a ``model`` lacks, each under the first name that has it."""
+def possible_names(at: At, groups: Sequence[Sequence[UnderName]]) -> tuple[Possible, ...]:
+    """What may be true beside a set: other names of what it has, and what is neither shown nor excluded; each under its first name."""
+    other = (name for group in groups if group[0].key in at.keys for name in group[1:] if not name.unknown)
     found: dict[str, Possible] = {}
-    for name in names:
+    for name in (*other, *_additions(at)):
         for part in name.parts:
-            if part.key not in found and part.key not in model and len(part.mean):
+            if part.key not in found and part.key not in at.keys and len(part.mean):
                 found[part.key] = _possible(at, part, name.probability)
     return tuple(found.values())
 

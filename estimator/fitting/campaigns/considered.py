@@ -35,17 +35,6 @@ class Possible:
 
 
 @dataclass(frozen=True)
-class LeftOut:
-    """What a fit leaves out though it is probable, and keys of the fit's effects that stand in the place of it.
-
-    Those are its other name: their values are given that the name is right.
-    """
-
-    possible: tuple[Possible, ...] = ()
-    in_place: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Considered:
     """A fit with possible effects beside its own.
 
@@ -79,10 +68,7 @@ class Considered:
 
 @dataclass(frozen=True)
 class Uncertain:
-    """A fit with its uncertainty: ``at`` of what it measures, ``of_values`` of its effects' values, given that their names are right.
-
-    What the fit leaves out though it is probable is in both: it shifts values, whatever they are called.
-    """
+    """A fit with its uncertainty: ``at`` of what it measures, ``of_values`` of its effects' values, given that their names are right."""
 
     fit: CampaignFit
     at: Considered
@@ -94,14 +80,12 @@ def uncertain(
     fit: CampaignFit,
     candidates: Mapping[str, EffectModel],
     names: Sequence[Possible] = (),
-    beside: LeftOut | None = None,
 ) -> Uncertain:
-    """A fit with what is stated of effects that it lacks, what it leaves out (``beside``) and other ``names`` of what it has considered."""
+    """A fit with what is stated of effects that it lacks and other ``names`` of what it has considered."""
     covariance = campaign_covariance(campaign, fit)
     stated = stated_possible(campaign.facts, fit.model, candidates)
-    beside = beside or LeftOut()
-    of_values = considered(campaign, fit, covariance, _with(beside.possible, stated), in_place=beside.in_place)
-    at = considered(campaign, fit, covariance, _with(_with(names, beside.possible), stated))
+    of_values = considered(campaign, fit, covariance, stated)
+    at = considered(campaign, fit, covariance, _with(names, stated))
     return Uncertain(fit, at, of_values.fitted)
 
 
@@ -129,10 +113,8 @@ def considered(
     fit: CampaignFit,
     covariance: CampaignCovariance,
     possible: Sequence[Possible],
-    *,
-    in_place: Sequence[str] = (),
 ) -> Considered:
-    """The covariance of a fit under effects that are possible, but for those of its own ``in_place`` of them; as it is where none are."""
+    """The covariance of a fit under effects that are possible; as it is where none are."""
     model = Model((*fit.model.effects, *(each.effect for each in possible)))
     none = np.zeros(model.size - fit.model.size)
     theta = tuple(np.concatenate([each, none]) for each in fit.state.theta)
@@ -153,8 +135,6 @@ def considered(
             P[np.ix_(part, part)] = each.covariance
     P = P[np.ix_(p, p)]
     A = stable_inverse(H[np.ix_(x, x)], LEAST_SEEN) @ H[np.ix_(x, p)]
-    standing = [fit.model.layout[key] for key in in_place]
-    A[np.isin(x, [row for rows in place for part in standing for row in rows[part]])] = 0.0
     C[np.ix_(there, there)] = covariance.covariance
     C[np.ix_(x, x)] += A @ P @ A.T
     C[np.ix_(x, p)], C[np.ix_(p, x)], C[np.ix_(p, p)] = -A @ P, -P @ A.T, P

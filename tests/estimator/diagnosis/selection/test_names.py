@@ -26,7 +26,7 @@ def inside(seed: int) -> np.ndarray:
     registered, covariance = replace(registered, campaign=found.campaign), campaign_covariance(found.campaign, found.fit)
     made = {trajectory.name: trajectory for trajectory in trajectories}
     held = []
-    for possible in ((), possible_names(found.path[-1], found.groups, found.fit.model.keys)):
+    for possible in ((), possible_names(found.path[-1], found.groups)):
         at = considered(found.campaign, found.fit, covariance, possible)
         middles = [each.middle for each in campaign_estimates(registered, made, found.fit, at, Configuration())]
         pulls = [(m.v_world - v) / np.sqrt(np.diag(m.covariance)[:3]) for m, v in zip(middles, truth, strict=True) if m is not None]
@@ -51,6 +51,6 @@ def test_the_number_has_the_same_size_under_each_name() -> None:
     assert value["length_scale"][0] == pytest.approx(size, abs=0.1 * abs(size) + 1e-3)
     assert value["frame_rate"][0] == pytest.approx(0.5 * value["length_scale"][0], rel=0.15)
     assert sum(name.probability for name in group) == pytest.approx(1.0)
-    (other, *_) = possible_names(found.path[-1], [group], found.fit.model.keys)
+    (other, *_) = possible_names(found.path[-1], [group])
     (part,) = group[1].parts
     assert other.covariance[0, 0] == pytest.approx(group[1].probability * (part.mean[0] ** 2 + part.sigma[0] ** 2))

@@ -5,17 +5,16 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.special import chdtri
 
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.selection.groups import group_of
-from estimator.diagnosis.selection.names import possible_beside, possible_names, under_names
+from estimator.diagnosis.selection.names import possible_names
 from estimator.effects.choosing import catalogue
 from estimator.effects.empirical.families import VolumeWarp
 from estimator.effects.link import Setting
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
-from estimator.fitting.campaigns.considered import LeftOut, considered, uncertain
 from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.motion.flight import V
 from tests.estimator.made_trajectories import GRAVITY, RATE_HZ, Hidden, Tracker, measured
@@ -27,8 +26,13 @@ TOSSES, SPEED, FROM = 30, 1.15, 0.28
 STRETCH, TWIST, DRAG = 0.002, -0.005, 0.2
 
 
-def towards_the_middle(rng: np.random.Generator, name: str, drag: float) -> Trajectory:
-    """A toss from anywhere about a board on to its middle, with a drag (1/s) along the velocity."""
+def velocity(v: Array, drag: float, time_s: float) -> Array:
+    """Of a toss that begins with ``v`` m/s."""
+    return v + GRAVITY * time_s if drag == 0.0 else GRAVITY / drag + (v - GRAVITY / drag) * np.exp(-drag * time_s)
+
+
+def towards_the_middle(rng: np.random.Generator, name: str, drag: float) -> tuple[Trajectory, Array]:
+    """A toss from anywhere about a board on to its middle, with a drag (1/s) along the velocity, and how fast it begins."""
     angle = rng.uniform(0.0, 2.0 * np.pi)
     aim = angle + np.pi + rng.normal(0.0, 0.2)
     x = np.array([FROM * np.cos(angle), FROM * np.sin(angle), rng.uniform(0.12, 0.16)])
@@ -39,7 +43,7 @@ def towards_the_middle(rng: np.random.Generator, name: str, drag: float) -> Traj
         fallen, left = GRAVITY / drag, -np.expm1(-drag * t) / drag
         flown = x + fallen * t + (v - fallen) * left
     seen = flown + rng.normal(0.0, TRACKER.sigma_x, flown.shape)
-    return replace(measured(name, rng, Hidden(), TRACKER), x_world=seen)
+    return replace(measured(name, rng, Hidden(), TRACKER), x_world=seen), v
 
 
 def warped(trajectories: list[Trajectory], stretch: float, twist: float) -> list[Trajectory]:
@@ -57,9 +61,14 @@ def warped(trajectories: list[Trajectory], stretch: float, twist: float) -> list
 
 
 @cache
-def explained(twist: float, drag: float) -> Explanation:
+def tosses(drag: float) -> list[tuple[Trajectory, Array]]:
     rng = np.random.default_rng(3)
-    made = [towards_the_middle(rng, f"toss_{i}", drag) for i in range(TOSSES)]
+    return [towards_the_middle(rng, f"toss_{i}", drag) for i in range(TOSSES)]
+
+
+@cache
+def explained(twist: float, drag: float) -> Explanation:
+    made = [trajectory for trajectory, _ in tosses(drag)]
     registered = register_trajectories(warped(made, STRETCH * bool(twist), twist))
     return explain(registered.campaign, registered.start, {key: catalogue()[key] for key in TRIED})
 
@@ -90,48 +99,32 @@ def test_effects_are_as_probable_as_beside_what_is_unknown() -> None:
     assert max(told["linear_drag"], told["quadratic_drag"]) < 0.5
 
 
-def test_what_is_unknown_widens_what_is_measured() -> None:
-    found = explained(TWIST, 0.0)
-    possible = possible_names(found.path[-1], found.groups, found.fit.model.keys)
-    assert "volume_warp" in {each.effect.entry.key for each in possible}
-    at = considered(found.campaign, found.fit, campaign_covariance(found.campaign, found.fit), possible)
-    v = np.arange(V.start, V.stop)
-    wide, plain = (np.sqrt(np.diag(of.of(0, v))).mean() for of in (at.fitted, at.plain))
-    assert wide > 2.0 * plain
-
-
-def test_the_interval_of_a_drag_holds_it_though_a_part_of_the_warp_is_in_its_value() -> None:
-    found = explained(TWIST, DRAG)
-    model = found.fit.model
-    value = found.fit.state.theta[0][model.slices[model.keys.index("linear_drag")]][0]
-    pulls, own = [], []
-    for beside in (LeftOut(), possible_beside(found.path[-1], model.keys)):
-        of = uncertain(found.campaign, found.fit, catalogue(), (), beside)
-        pulls.append(float((value - DRAG) / np.sqrt(of.of_values.of(0, model.layout.columns(["linear_drag"]))[0, 0])))
-        own.append(np.diag(of.of_values.of(0, model.layout.columns(["uniform_acceleration"]))))
-    plain, wide = pulls
-    np.testing.assert_allclose(own[1], own[0], err_msg="the tosses' own accelerations are the warp's other name")
-    assert plain > 3.0
-    assert abs(wide) < 1.96
+@pytest.mark.parametrize("drag", [0.0, DRAG])
+def test_velocities_are_right_beside_the_warp_and_wrong_without(drag: float) -> None:
+    """Its own accelerations stand for parts of it, and so do the tosses' velocities."""
+    found = explained(TWIST, drag)
+    pulls = []
+    for at in (found.path[-1], found.last):
+        covariance = campaign_covariance(at.campaign, at.fit)
+        off = [flight.v - velocity(v, drag, flight.time_s) for flight, (_, v) in zip(at.fit.state.flights, tosses(drag), strict=True)]
+        pulls.append([float(d @ np.linalg.solve(covariance.of(i, np.arange(V.start, V.stop)), d)) for i, d in enumerate(off)])
+    beside, without = (float(np.mean(np.array(each) < chdtri(3, 0.05))) for each in pulls)
+    assert beside > 0.8
+    assert without < beside - 0.2
 
 
 @pytest.mark.parametrize("twist", [0.0, TWIST], ids=["alone", "beside a twist"])
-def test_drag_is_called_drag(twist: float) -> None:
+def test_drag_is_called_drag_and_its_interval_holds_it(twist: float) -> None:
     found = explained(twist, DRAG)
-    assert {"linear_drag", "quadratic_drag"} & {name for step in found.steps for name in (step.added, *step.group)}
-    part = found.fit.model.slices[found.fit.model.keys.index("linear_drag")]
-    assert abs(found.fit.state.theta[0][part][0] - DRAG) < 0.25 * DRAG
+    (step,) = [step for step in found.steps if {"linear_drag", "quadratic_drag"} & {step.added, *step.group}]
+    (drag,) = [name for name in step.names if name.key == "linear_drag"]
+    assert abs(drag.parts[0].mean[0] - DRAG) < 1.96 * drag.parts[0].sigma[0]
+    assert drag.parts[0].sigma[0] < 0.25 * DRAG
 
 
-def test_a_names_value_is_that_of_the_model_that_is_told() -> None:
-    """Beside the warp, which is told but not in the model, drag is another."""
-    found = explained(TWIST, DRAG)
-    best = found.path[-1]
-    group = group_of(best.trial, best.members, best.trial.evidence.of.keys.index("linear_drag"))
-    told, beside = (under_names(best, group, at)[0].parts[0].mean for at in (found.last, best))
-    fitted = found.fit.state.theta[0][found.fit.model.slices[found.fit.model.keys.index("linear_drag")]]
-    np.testing.assert_allclose(told, fitted, rtol=0.02)
-    assert abs(beside[0] - fitted[0]) > 0.05 * fitted[0]
+def test_what_the_set_has_is_not_possible_beside_it() -> None:
+    found = explained(TWIST, 0.0)
+    assert not {each.effect.entry.key for each in possible_names(found.path[-1], found.groups)} & set(found.path[-1].keys)
 
 
 def test_where_nothing_is_nothing_is_found() -> None:
