@@ -57,8 +57,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
         "information": {key: matrix.tolist() for key, matrix in all_information(begun.campaign, begun.fit, first).items()},
         "parameters": parameters(campaign, best.fit, last.of_values),
         "axes": {
-            name: flight.body.R_particle_body.tolist()
-            for name, flight in zip(campaign.recordings, best.fit.state.flights, strict=True)
+            name: flight.body.R_particle_body.tolist() for name, flight in zip(campaign.recordings, best.fit.state.flights, strict=True)
         },
         "impacts": impacts(campaign, best.fit, last.at),
         "velocities": {

@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, candidate_equations, efficient_scores
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of
 from estimator.likelihood.rows import AtFit
 from estimator.likelihood.time_shifts import JitterTest, jitter_test
+from estimator.motion.flight import OMEGA, V, X
 
 Array = NDArray[np.float64]
 
@@ -123,7 +124,7 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     jitter = jitter_test(campaign.time_shifts(equations))
     density = campaign.kind.density(campaign, equations)
     if known:
-        density = replace(density, constant=density.constant - sum(each.half_log_det_of_flight for each in equations))
+        density = replace(density, constant=density.constant - _log_volume(fit, equations))
     return Linearised(
         candidates.effects,
         len(own),
@@ -135,6 +136,20 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
         jitter,
         max((each.setting for each in campaign.sequences), key=lambda each: len(each.times_s)),
     )
+
+
+def _log_volume(fit: CampaignFit, equations: Sequence[SequenceEquations]) -> float:
+    """What the integral over flights takes (nats) of a density: their information, in units of how far and fast all are.
+
+    By a density of flights that no unit of length or time enters, a power of their sizes [Jaynes 1968]: lengths or a clock that are wrong by
+    a factor change all flights' by it, which says nothing for them.
+    """
+    volume = sum(each.half_log_det_of_flight for each in equations)
+    for part in (X, V, OMEGA):
+        own = [flight.values[part] for flight, each in zip(fit.state.flights, equations, strict=True) if np.diag(each.H)[part].any()]
+        size = float(np.sum(np.square(own)))
+        volume += 0.5 * np.size(own) * float(np.log(size)) if size > 0.0 else 0.0
+    return volume
 
 
 def _cost_of_base(campaign: Campaign, bare: CampaignFit) -> float:

@@ -21,6 +21,7 @@ from estimator.likelihood.composite_likelihood import Weighted
 from estimator.likelihood.rows import (
     Density,
     density,
+    far_off,
     freedoms,
     marginal_squares,
     misfits,
@@ -143,7 +144,8 @@ class Outlines:
 
     def density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Density:
         """Each sequence's noise integrated."""
-        return density(equations, misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
+        of = campaign.sequences, equations
+        return density(equations, misfits(*of), freedoms(*of), far_off(*of))
 
     def squares(self, equations: Sequence[SequenceEquations]) -> float:
         """Of what random shifts of the frames' times do not explain."""

@@ -24,6 +24,7 @@ from estimator.likelihood.rows import (
     Density,
     Rows,
     density,
+    far_off,
     freedoms,
     marginal_squares,
     misfits,
@@ -131,7 +132,8 @@ class Trajectories:
 
     def density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Density:
         """Each sequence's noise integrated."""
-        return density(equations, misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
+        of = campaign.sequences, equations
+        return density(equations, misfits(*of), freedoms(*of), far_off(*of))
 
     def squares(self, equations: Sequence[SequenceEquations]) -> float:
         """Of what random shifts of the rows' times do not explain."""
