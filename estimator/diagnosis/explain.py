@@ -66,9 +66,10 @@ class Explanation:
     """What was found.
 
     ``begun``: the base model and all sets' evidence about its fit; ``last``: the most probable set without a family that stands for
-    something unknown, and evidence about it; ``path``: the search's way to the most probable set, what is unknown in it; ``rungs``: the effects in the order in which
-    the search found them. Of the last fit ``covariance``, ``diagnosis``, and errors ``held_out`` on what was not fitted; ``left``: what no
-    effect of the catalogue explains, ``None`` where no empirical family applies.
+    something unknown, and evidence about it; ``path``: the search's way to the most probable set, what is unknown in it: values and
+    velocities are those there; ``rungs``: the effects in the order in which the search found them. Of the last fit ``covariance``,
+    ``diagnosis``, and errors ``held_out`` on what was not fitted; ``left``: what no effect of the catalogue explains, ``None`` where no
+    empirical family applies.
     """
 
     begun: At

@@ -138,6 +138,10 @@ class _Mixture:
         share = float(spoiled.sum()) / int(np.count_nonzero(rows.axes))
         return _Mixture(sigma, min(max(share, TINY), 0.5), max(float(factor), 1.0)), spoiled
 
+    def log_likelihood(self, rows: Errors) -> float:
+        """Of all rows, of unit scale."""
+        return float(self.judged(rows)[1].sum())
+
     def kept(self, path: Path, spoiled: Array, odds: float) -> Flags:
         """Rows (n,) of a path that are not ``spoiled`` (n,), probabilities, by such ``odds``.
 
@@ -179,19 +183,19 @@ def kept_rows(sequences: Sequence[Sequence[Path]], odds: float, least: float) ->
 def _spoiled(paths: Sequence[Path], least: float) -> tuple[_Mixture, list[Array]]:
     """The most probable mixture, and the probability (n,) of the rows of every sequence to be spoiled.
 
-    Paths go through rows that are rather not; it ends, too, where the sides of all rows are some that they were on before.
+    Paths go through rows that are rather not, the first time and wherever that is more probable: so every turn gains, and there is an end.
     """
     ends = np.cumsum([len(path.r) for path in paths])[:-1]
     rows = Errors.joined([path.errors(path.core()) for path in paths])
     sigma = np.array([max(float(robust_sigma(t[s])), least) if s.any() else 1.0 for t, s in zip(rows.t.T, rows.seen.T, strict=True)])
     factor = max(float(np.max((rows.t / sigma) ** 2 * rows.spread)), 1.0)
-    mixture, before, sides = _Mixture(sigma, 1.0 / len(rows.t), factor), np.zeros(len(rows.t)), [b""]
+    mixture, before, side = _Mixture(sigma, 1.0 / len(rows.t), factor), np.zeros(len(rows.t)), b""
     while True:
         mixture, spoiled = mixture.improved(rows, least)
-        off, settled = spoiled > 0.5, np.abs(spoiled - before).sum() * len(before) < 1.0
-        if settled or off.tobytes() in sides[:-1]:
+        if np.abs(spoiled - before).sum() * len(before) < 1.0:
             return mixture, np.split(spoiled, ends)
-        if off.tobytes() != sides[-1]:
-            sides.append(off.tobytes())
-            rows = Errors.joined([path.errors(path.rows * ~each) for path, each in zip(paths, np.split(off, ends), strict=True)])
-        before = spoiled
+        off, before = spoiled > 0.5, spoiled
+        if off.tobytes() != side:
+            new = Errors.joined([path.errors(path.rows * ~each) for path, each in zip(paths, np.split(off, ends), strict=True)])
+            if not side or mixture.log_likelihood(new) > mixture.log_likelihood(rows):
+                rows, side = new, off.tobytes()

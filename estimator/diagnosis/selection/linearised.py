@@ -141,7 +141,7 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
 def _log_volume(fit: CampaignFit, equations: Sequence[SequenceEquations]) -> float:
     """What the integral over flights takes (nats) of a density: their information, in units of how far and fast all are.
 
-    By a density of flights that no unit of length or time enters, a power of their sizes [Jaynes 1968]: lengths or a clock that are wrong by
+    By a density of flights that no unit enters, a power of their sizes [Jaynes 1968]: lengths or a clock that are wrong by
     a factor change all flights' by it, which says nothing for them.
     """
     volume = sum(each.half_log_det_of_flight for each in equations)

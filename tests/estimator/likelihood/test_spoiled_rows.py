@@ -75,3 +75,14 @@ def test_a_second_half_that_lies_elsewhere_is_kept() -> None:
         return np.asarray(rng.normal(size=(40, 3)) + 20.0 * (np.arange(40) >= 20)[:, None])
 
     assert not np.concatenate(set_aside(step)).any()
+
+
+@pytest.mark.parametrize(("seed", "sequences", "freedom"), [(0, 20, 4.0), (3, 20, 4.0), (4, 20, 4.0), (9, 30, 2.5)])
+def test_the_search_ends_where_noise_has_heavy_tails_and_is_alike(seed: int, sequences: int, freedom: float) -> None:
+    """No row stands out of such noise, and many are nearly off."""
+    rng, rows, paths = np.random.default_rng(seed), 60, []
+    for _ in range(sequences):
+        drawn = rng.standard_t(freedom, (rows + 1, 3))
+        paths.append(Path.of(drawn[1:] + drawn[:-1], np.ones((rows, 3), dtype=np.bool_), np.arange(rows) * 0.01))
+    kept = kept_rows(paths, 20.0, 0.0)
+    assert np.mean(np.concatenate(kept)) > 0.9
