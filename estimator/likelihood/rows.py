@@ -129,19 +129,16 @@ def noise_scales(misfits: Array, freedom: Array) -> Array:
 class Density:
     """Student's density of the residuals of several sequences, each sequence's noise integrated [O'Hagan and Forster 2004, ch. 11].
 
-    ``misfits``, ``freedom`` (s,) of the sequences; ``constant``: what no misfit changes (nats); ``far`` (s,): what residuals that are far
-    off cost beyond their weighted squares, as misfits are.
+    ``misfits``, ``freedom`` (s,) of the sequences; ``constant``: what no misfit changes (nats).
     """
 
     misfits: Array
     freedom: Array
     constant: float
-    far: Array | float = 0.0
 
     def log(self, share: float = 1.0) -> float:
         """Its logarithm (nats) where a ``share`` is left of every misfit."""
-        cost = share * self.misfits + self.far
-        return self.constant - float(np.sum(0.5 * (NOISE_FREEDOM + self.freedom) * np.log1p(cost / NOISE_FREEDOM)))
+        return self.constant - float(np.sum(0.5 * (NOISE_FREEDOM + self.freedom) * np.log1p(share * self.misfits / NOISE_FREEDOM)))
 
 
 UNKNOWN = Density(np.zeros(0), np.zeros(0), 0.0)
@@ -166,16 +163,16 @@ class AtFit:
         return self.density.log(share) - 0.5 * self.priors - self.drawn
 
 
-def density(equations: Sequence[Weighed], misfits: Array, freedom: Array, far: Array) -> Density:
+def density(equations: Sequence[Weighed], misfits: Array, freedom: Array, far_off: float) -> Density:
     """The density with the rows' random shifts in time integrated, over that of numbers of variance one.
 
-    How many independent ones there are depends on the model where noise repeats. ``misfits``, ``freedom`` and what is ``far`` off, beyond
-    its weighted squares, (s,) of the sequences.
+    How many independent ones there are depends on the model where noise repeats. ``misfits``, ``freedom`` (s,) of the sequences;
+    ``far_off``: squares of what is far off beyond its weighted ones, noise being as the weights have it.
     """
     half = 0.5 * (NOISE_FREEDOM + freedom)
     spread = sum(float(np.sum(np.log1p(_shifted(each)))) for each in equations)
     scale = gammaln(half) - gammaln(0.5 * NOISE_FREEDOM) - 0.5 * freedom * np.log(0.5 * NOISE_FREEDOM)
-    return Density(misfits, freedom, float(np.sum(scale)) - 0.5 * spread, far)
+    return Density(misfits, freedom, float(np.sum(scale)) - 0.5 * (spread + far_off))
 
 
 def marginal_squares(equations: Weighed) -> float:
@@ -205,16 +202,6 @@ def degrees_of_freedom(equations: Weighed, repeats: Array) -> float:
     return max(measured - float(np.count_nonzero(np.diag(equations.frames.H)[:N_PARAMETERS] > 0.0)), 1.0)
 
 
-def squares_far_off(equations: Weighed, repeats: Array) -> float:
-    """What residuals beyond ``HUBER`` cost by Huber's density more than their weighted squares [Huber 1964]; ``repeats`` (c,).
-
-    Weights are those of one fit: it is by the density that a residual is less probable about another.
-    """
-    plain, weight = np.where(equations.errors.seen, 1.0 / repeats, 0.0), equations.frames.weight
-    off = (weight < plain) & (weight > 0.0)
-    return float(np.sum(HUBER**2 * plain[off] * (plain[off] / weight[off] - 1.0)))
-
-
 class Noisy(Protocol):
     """A sequence with its noise over what was stated or estimated, and over how many rows that of each channel (c,) is alike."""
 
@@ -234,10 +221,17 @@ def misfits(sequences: Sequence[Noisy], equations: Sequence[Weighed]) -> Array:
     return np.array([sequence.noise**2 * marginal_squares(each) for sequence, each in zip(sequences, equations, strict=True)])
 
 
-def far_off(sequences: Sequence[Noisy], equations: Sequence[Weighed]) -> Array:
-    """What is far off (s,) in sequences, beyond its weighted squares, in units of the noise that was stated or estimated."""
-    both = zip(sequences, equations, strict=True)
-    return np.array([sequence.noise**2 * squares_far_off(each, sequence.repeats) for sequence, each in both])
+def far_off(sequences: Sequence[Noisy], equations: Sequence[Weighed]) -> float:
+    """What residuals beyond ``HUBER`` cost by Huber's density more than their weighted squares [Huber 1964].
+
+    Weights are those of one fit: it is by the density that a residual is less probable about another.
+    """
+    total = 0.0
+    for sequence, each in zip(sequences, equations, strict=True):
+        plain, weight = np.where(each.errors.seen, 1.0 / sequence.repeats, 0.0), each.frames.weight
+        off = (weight < plain) & (weight > 0.0)
+        total += float(np.sum(HUBER**2 * plain[off] * (plain[off] / weight[off] - 1.0)))
+    return total
 
 
 def freedoms(sequences: Sequence[Noisy], equations: Sequence[Weighed]) -> Array:

@@ -1,5 +1,6 @@
 """Names of what was found are judged by fits of their own: far from the fit that was found the linearised evidence of a set is too high."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,10 +10,12 @@ import pytest
 from scipy.signal import lfilter
 
 from datasets.trajectory_files import read_trajectory
+from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.selection.path import looked_at
 from estimator.effects.choosing import catalogue
 from estimator.measurements.trajectories.registering import register_trajectories
+from tests.estimator.made_trajectories import Hidden, Tracker, measured
 
 G, HELD, DRAG, NOISE, ALIKE = 9.81, 7.6, 2.7, 0.0017, 0.6
 """m/s2, m/s2, 1/s, m, and correlation of the noise of neighbouring rows."""
@@ -52,3 +55,16 @@ def test_wind_alone_is_nothing(seed: int) -> None:
     trial = looked_at(found.campaign, found.fit, {"steady_wind": catalogue()["steady_wind"]}).trial
     (wind,) = (e for e, key in enumerate(trial.evidence.of.keys) if key == "steady_wind")
     assert trial.evidence.log_evidence((wind,)) == trial.evidence.log_evidence(())
+
+
+def test_fits_with_each_name_of_one_number_are_as_probable() -> None:
+    """Flights are all longer or slower by a factor beside it: what is integrated over them has no unit. Gravity fits noise by two more."""
+    rng = np.random.default_rng(6)
+    made = [measured(f"toss_{i}", rng, Hidden(), Tracker(rows=20, orientation=False)) for i in range(30)]
+    registered = register_trajectories([replace(each, x_world=0.95 * each.x_world) for each in made])
+    names, likely = catalogue(), []
+    for key in ("length_scale", "frame_rate", "gravity"):
+        at = looked_at(*fit_with(registered.campaign, registered.start, [names[key]]), {})
+        likely.append(at.trial.evidence.fitted(at.members).log_likelihood)
+    assert abs(likely[0] - likely[1]) < 0.3
+    assert abs(likely[2] - likely[0]) < 2.5
