@@ -98,7 +98,7 @@ class HertzMindlin:
         return 4.0 / 3.0 * self.effective_young_pa * math.sqrt(radius_m) * depth_m**1.5
 
     def through(self, state: BodyState, clump: Clump, plate: Plate, integration: Integration | None = None) -> Pushed:
-        """One impact; see :class:`estimator.contact.laws.ForceLaw`."""
+        """One impact, from the pose where the lowest sphere touches; see :func:`push_through`."""
         return push_through(self, state, clump, plate, integration or Integration())
 
 

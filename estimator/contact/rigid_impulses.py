@@ -84,7 +84,13 @@ class SlidingImpulse(RestitutionAndFriction):
     ends_by: ClassVar[int]
 
     def strike(self, state: BodyState, solid: Solid, contact_world: Array, plate: Plate) -> Struck:
-        """One impact at ``contact_world`` (3,) m; see :class:`estimator.contact.laws.ImpulseLaw`."""
+        """One impact at ``contact_world`` (3,) m.
+
+        Raises
+        ------
+        InputError
+            Where the contact point does not approach the plate.
+        """
         return strike_by(self.follow, state, solid, contact_world, plate)
 
     def follow(self, matrices: Array, velocities: Array) -> Impulses:

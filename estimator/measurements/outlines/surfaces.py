@@ -206,8 +206,7 @@ def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int
     made = []
     for each in met:
         flight = replace(each.flight, com=each.flight.com - mass[:3], inertia=each.flight.inertia - mass[3:])
-        task = replace(_with_amplitudes(each.task, found, here), view_noise_px=shape.noise_px)
-        made.append(replace(each, task=task, flight=flight))
+        made.append(replace(each, task=_with_amplitudes(each.task, found, here), flight=flight))
     return made
 
 
