@@ -20,13 +20,14 @@ from estimator.likelihood.rows import robust_cost, shifts_in_time, weighed
 from estimator.likelihood.time_shifts import TimeShifts
 from estimator.measurements.outlines.frame_noise import with_frame_noise
 from estimator.measurements.outlines.imagined import SampledPictures
-from estimator.measurements.outlines.maps import outline_floor, outline_maps
+from estimator.measurements.outlines.maps import outline_maps
 from estimator.measurements.outlines.surface_scale import with_surface_scale
 from estimator.measurements.outlines.surfaces import refitted_surfaces
 from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask, linearised, outline_residuals, with_contacts
 from estimator.measurements.own_noise import OwnNoise
 from estimator.measurements.silhouettes.imagined import Pictures
 from estimator.measurements.silhouettes.kind import SILHOUETTES, picture_reports
+from estimator.measurements.silhouettes.noise_floor import floor_between_frames
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight
 from estimator.particle.particle import Particle
 
@@ -117,8 +118,8 @@ class Outlines(OwnNoise):
         return SILHOUETTES.why_not(campaign, effect)
 
     def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
-        """Against noise that changes from frame to frame."""
-        return outline_floor(campaign, fit, rng)
+        """Residuals in standard deviations of the noise, by how those of a sector change from frame to frame."""
+        return floor_between_frames(campaign, fit, rng, alike=campaign.sequences[0].alike)
 
     def residual_maps(self, campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
         """Of outline-normal residuals."""
