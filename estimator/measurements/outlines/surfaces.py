@@ -53,17 +53,14 @@ class Asked(Protocol):
     @property
     def effects(self) -> tuple[EffectModel, ...]:
         """Whatever may be asked for."""
-        ...
 
     @property
     def huber(self) -> float:
         """Standard deviations beyond which a sample's influence stays constant."""
-        ...
 
     @property
     def seed(self) -> int:
         """Of random signs."""
-        ...
 
 
 @dataclass(frozen=True)

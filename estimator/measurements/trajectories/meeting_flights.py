@@ -34,15 +34,12 @@ class Measured(Protocol):
     @property
     def ends_s(self) -> tuple[float, float]:
         """First and last time at which it was seen."""
-        ...
 
     def at(self, time_s: float) -> Reached:
         """The motion at a time, also beyond those."""
-        ...
 
     def change_at(self, time_s: float) -> Array:
         """Rate (6,) of v and omega at a time."""
-        ...
 
 
 @dataclass(frozen=True)
