@@ -32,7 +32,6 @@ class TableMaker(Protocol):
 
     def followed(self, sequence: "SequenceTask", flight: Flight, prediction: Prediction) -> "SequenceTask":
         """The sequence with its tables made at ``prediction``; as it is where those are of nearly the same poses."""
-        ...
 
 
 @dataclass(frozen=True)

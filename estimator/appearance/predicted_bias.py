@@ -33,7 +33,6 @@ from estimator.geometry.outline_bias import (
     outward_directions,
     supports,
 )
-from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.support import support
 from estimator.motion.flight import Flight, FlightPoses, Motion
 from estimator.outlines.pictures.pictured import Pictures, pictured_supports
@@ -106,7 +105,7 @@ def _of_views(task: FitTask, particle: Particle, spacing: Array, seeing: Seeing,
     typical = None if seeing[1] is None else seeing[1].typical(len(cast))
     shrunk = [p / s for p, s in zip(cast, spacing, strict=True)]
     like = _curves(shrunk, (seeing[0], typical), coarse, pairs=pairs, rng=rng)
-    measured = _likeness_effect(task.views.silhouettes, particle.seen) + view
+    measured = supports(task.views.silhouettes) - supports(particle.seen) + view
     return OutlineBias(np.zeros((0, DIRECTIONS)), view, calibrated(like, measured / spacing[:, None]))
 
 
@@ -117,11 +116,6 @@ def calibrated(predicted: Array, measured: Array) -> Calibration:
         return Calibration(float(np.mean(measured - predicted)), 1.0)
     slope = float(np.sum(spread * measured) / np.sum(spread**2))
     return Calibration(float(measured.mean() - slope * predicted.mean()), slope)
-
-
-def _likeness_effect(like: Silhouettes, seen: Silhouettes) -> Array:
-    """How far (k, 180) px outwards the camera's likeness moves the views' tangents."""
-    return supports(like) - supports(seen)
 
 
 def _cast_in_sightings(task: FitTask, particle: Particle, flight: Flight, at: FlightPoses) -> list[Array]:

@@ -98,8 +98,47 @@ class HertzMindlin:
         return 4.0 / 3.0 * self.effective_young_pa * math.sqrt(radius_m) * depth_m**1.5
 
     def through(self, state: BodyState, clump: Clump, plate: Plate, integration: Integration | None = None) -> Pushed:
-        """One impact; see :class:`estimator.contact.laws.ForceLaw`."""
-        return push_through(self, state, clump, plate, integration or Integration())
+        """Set the lowest sphere onto the plate, integrate until none touches, and report the state in the world again.
+
+        Raises
+        ------
+        InputError
+            Where the lowest sphere does not approach, or the energy balance shows that the time step is too large.
+        """
+        integration, axes = integration or Integration(), contact_axes(plate.normal_world)
+        centres = np.ascontiguousarray(clump.centres_body @ state.R_world_body.T @ axes.T)
+        inertia = axes @ clump.solid.inertia_world(state.R_world_body) @ axes.T
+        y = np.zeros(SLIP + 2 * len(clump.radii))
+        lowest = int(np.argmin(centres[:, 2] - clump.radii))
+        y[2], y[3] = clump.radii[lowest] - centres[lowest, 2], 1.0
+        y[7:10], omega = axes @ (state.v_world - plate.velocity_world), axes @ state.omega_world
+        y[10:13] = inertia @ omega
+        lever = np.array([centres[lowest, 0], centres[lowest, 1], -y[2]])
+        arriving = y[7:10] + np.cross(omega, lever)
+        require_approach(arriving[None])
+        scale = _scales(self, clump, inertia, lever, arriving)
+        start = y[:3].copy()
+        body = (
+            np.array([self.effective_young_pa, self.effective_shear_pa, damping_for(self.restitution), self.friction]),
+            clump.solid.mass_kg,
+            np.linalg.inv(inertia),
+            centres,
+            np.ascontiguousarray(clump.radii, dtype=np.float64),
+        )
+        reach = float((np.linalg.norm(centres, axis=1) + clump.radii).max() / np.linalg.eigvalsh(inertia)[0])
+        left, deepest, off, steps, most, ended = push(
+            y, body, scale, 1e-3 * scale[0] / -arriving[2], integration.step_s, integration.quiet_s, reach
+        )
+        _require_balance(float(off), integration, ended=bool(ended))
+        turn = Rotation.from_quat(y[3:7], scalar_first=True).as_matrix()
+        spin = turn @ np.linalg.solve(inertia, turn.T @ y[10:13])
+        after = BodyState(
+            state.x_world + axes.T @ (y[:3] - start) + plate.velocity_world * left,
+            axes.T @ turn @ axes @ state.R_world_body,
+            axes.T @ y[7:10] + plate.velocity_world,
+            axes.T @ spin,
+        )
+        return Pushed(after, float(left), float(deepest), float(off), int(steps), int(most))
 
 
 def clamped_restitution(damping: float) -> float:
@@ -115,50 +154,6 @@ def damping_for(restitution: float) -> float:
     if restitution >= 1.0:
         return 0.0
     return float(brentq(lambda beta: clamped_restitution(beta) - restitution, 0.0, 1.0 + 1.0 / math.sqrt(restitution), xtol=1e-15))
-
-
-def push_through(law: HertzMindlin, state: BodyState, clump: Clump, plate: Plate, integration: Integration) -> Pushed:
-    """Set the lowest sphere onto the plate, integrate until none touches, and report the state in the world again.
-
-    Raises
-    ------
-    InputError
-        Where the lowest sphere does not approach, or the energy balance shows that the time step is too large.
-    """
-    axes = contact_axes(plate.normal_world)
-    centres = np.ascontiguousarray(clump.centres_body @ state.R_world_body.T @ axes.T)
-    inertia = axes @ clump.solid.inertia_world(state.R_world_body) @ axes.T
-    y = np.zeros(SLIP + 2 * len(clump.radii))
-    lowest = int(np.argmin(centres[:, 2] - clump.radii))
-    y[2], y[3] = clump.radii[lowest] - centres[lowest, 2], 1.0
-    y[7:10], omega = axes @ (state.v_world - plate.velocity_world), axes @ state.omega_world
-    y[10:13] = inertia @ omega
-    lever = np.array([centres[lowest, 0], centres[lowest, 1], -y[2]])
-    arriving = y[7:10] + np.cross(omega, lever)
-    require_approach(arriving[None])
-    scale = _scales(law, clump, inertia, lever, arriving)
-    start = y[:3].copy()
-    body = (
-        np.array([law.effective_young_pa, law.effective_shear_pa, damping_for(law.restitution), law.friction]),
-        clump.solid.mass_kg,
-        np.linalg.inv(inertia),
-        centres,
-        np.ascontiguousarray(clump.radii, dtype=np.float64),
-    )
-    reach = float((np.linalg.norm(centres, axis=1) + clump.radii).max() / np.linalg.eigvalsh(inertia)[0])
-    left, deepest, off, steps, most, ended = push(
-        y, body, scale, 1e-3 * scale[0] / -arriving[2], integration.step_s, integration.quiet_s, reach
-    )
-    _require_balance(float(off), integration, ended=bool(ended))
-    turn = Rotation.from_quat(y[3:7], scalar_first=True).as_matrix()
-    spin = turn @ np.linalg.solve(inertia, turn.T @ y[10:13])
-    after = BodyState(
-        state.x_world + axes.T @ (y[:3] - start) + plate.velocity_world * left,
-        axes.T @ turn @ axes @ state.R_world_body,
-        axes.T @ y[7:10] + plate.velocity_world,
-        axes.T @ spin,
-    )
-    return Pushed(after, float(left), float(deepest), float(off), int(steps), int(most))
 
 
 def _scales(law: HertzMindlin, clump: Clump, inertia: Array, lever: Array, arriving: Array) -> Array:

@@ -1,17 +1,14 @@
-"""The two protocols of contact laws: one that strikes with an impulse, one that pushes with forces.
+"""What contact laws say of an impact: those that strike with an impulse, and those that push with forces.
 
-A model under test is one frozen parameter class that implements a protocol; nothing else knows which model it has in hand.
+A law is one frozen parameter class.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.plate import Plate
-from estimator.contact.clump import Clump
-from estimator.contact.solid import BodyState, Solid
+from estimator.contact.solid import BodyState
 
 Array = NDArray[np.float64]
 
@@ -34,23 +31,6 @@ class Struck:
     sliding: str
 
 
-class ImpulseLaw(Protocol):
-    """State before, solid, contact point and plate give the state after."""
-
-    @property
-    def name(self) -> str:
-        """The law in a few words."""
-
-    def strike(self, state: BodyState, solid: Solid, contact_world: Array, plate: Plate) -> Struck:
-        """One impact at ``contact_world`` (3,) m.
-
-        Raises
-        ------
-        InputError
-            Where the contact point does not approach the plate.
-        """
-
-
 @dataclass(frozen=True)
 class Pushed:
     """What a force law says of one impact.
@@ -65,20 +45,3 @@ class Pushed:
     energy_off: float
     steps: int
     most_touching: int
-
-
-class ForceLaw(Protocol):
-    """State before, clump and plate give the state after, by forces integrated through the contact."""
-
-    @property
-    def name(self) -> str:
-        """The law in a few words."""
-
-    def through(self, state: BodyState, clump: Clump, plate: Plate) -> Pushed:
-        """One impact, from the pose where the lowest sphere touches (the clump is set onto the plate along its normal).
-
-        Raises
-        ------
-        InputError
-            Where the lowest sphere does not approach the plate, or the time step given is too large.
-        """

@@ -1,6 +1,5 @@
 """From states to contact axes and back: what every rigid impulse law with Coulomb friction does around its kernel."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -41,52 +40,49 @@ def require_approach(velocities: Array) -> None:
         raise InputError(f"impact {leaving[0]}: expected a contact point that approaches the plate, got normal velocity {found:+.4g} m/s")
 
 
-def follow_impulses(matrices: Array, velocities: Array, restitution: float, friction: float, ends_by: int) -> Impulses:
-    """Follow impacts to the end that ``ends_by`` names; ``matrices`` K (n, 3, 3) 1/kg, ``velocities`` u (n, 3) m/s, contact axes.
-
-    Raises
-    ------
-    InputError
-        Where a contact point does not approach.
-    """
-    require_approach(velocities)
-    e, mu = np.full(len(velocities), float(restitution)), np.full(len(velocities), float(friction))
-    followed = follow_many(np.ascontiguousarray(matrices, dtype=float), np.ascontiguousarray(velocities, dtype=float), e, mu, ends_by)
-    if not followed[:, 7].all():
-        raise TumbleError(f"impact {int(np.argmin(followed[:, 7]))}: the sliding contact came to no end")
-    change = np.linalg.solve(matrices, (followed[:, :3] - velocities)[:, :, None])[:, :, 0]
-    words = tuple(SLIDING_WORDS[int(kind)] for kind in followed[:, 6])
-    return Impulses(followed[:, :3], change, followed[:, 3], followed[:, 4], words)
-
-
-def strike_by(follow: Callable[[Array, Array], Impulses], state: BodyState, solid: Solid, contact_world: Array, plate: Plate) -> Struck:
-    """One impact of ``solid`` at ``contact_world`` (3,) m, its contact followed by ``follow(K, u)``."""
-    lever = contact_world - state.x_world
-    axes = contact_axes(plate.normal_world)
-    matrix = collision_matrix(solid.mass_kg, solid.inertia_world(state.R_world_body), lever)
-    before = contact_velocity(state, lever, plate)
-    found = follow((axes @ matrix @ axes.T)[None], (axes @ before)[None])
-    impulse = axes.T @ found.impulse[0]
-    return Struck(
-        after=after_impulse(state, solid, lever, impulse),
-        impulse_world=impulse,
-        u_before=before,
-        u_after=axes.T @ found.velocity_after[0],
-        compression_j=float(found.compression_j[0]),
-        normal_j=float(found.normal_j[0]),
-        sliding=found.sliding[0],
-    )
-
-
 class SlidingImpulse(RestitutionAndFriction):
     """A law that follows the sliding contact to the end that ``ends_by`` names."""
 
     ends_by: ClassVar[int]
 
     def strike(self, state: BodyState, solid: Solid, contact_world: Array, plate: Plate) -> Struck:
-        """One impact at ``contact_world`` (3,) m; see :class:`estimator.contact.laws.ImpulseLaw`."""
-        return strike_by(self.follow, state, solid, contact_world, plate)
+        """One impact at ``contact_world`` (3,) m.
+
+        Raises
+        ------
+        InputError
+            Where the contact point does not approach the plate.
+        """
+        lever = contact_world - state.x_world
+        axes = contact_axes(plate.normal_world)
+        matrix = collision_matrix(solid.mass_kg, solid.inertia_world(state.R_world_body), lever)
+        before = contact_velocity(state, lever, plate)
+        found = self.follow((axes @ matrix @ axes.T)[None], (axes @ before)[None])
+        impulse = axes.T @ found.impulse[0]
+        return Struck(
+            after=after_impulse(state, solid, lever, impulse),
+            impulse_world=impulse,
+            u_before=before,
+            u_after=axes.T @ found.velocity_after[0],
+            compression_j=float(found.compression_j[0]),
+            normal_j=float(found.normal_j[0]),
+            sliding=found.sliding[0],
+        )
 
     def follow(self, matrices: Array, velocities: Array) -> Impulses:
-        """Impacts given by their collision matrices (n, 3, 3) 1/kg and velocities before (n, 3) m/s, axes (tangent, tangent, normal)."""
-        return follow_impulses(matrices, velocities, self.restitution, self.friction, self.ends_by)
+        """Impacts given by their collision matrices (n, 3, 3) 1/kg and velocities before (n, 3) m/s, axes (tangent, tangent, normal).
+
+        Raises
+        ------
+        InputError
+            Where a contact point does not approach.
+        """
+        require_approach(velocities)
+        e, mu = np.full(len(velocities), float(self.restitution)), np.full(len(velocities), float(self.friction))
+        K, u = np.ascontiguousarray(matrices, dtype=float), np.ascontiguousarray(velocities, dtype=float)
+        followed = follow_many(K, u, e, mu, self.ends_by)
+        if not followed[:, 7].all():
+            raise TumbleError(f"impact {int(np.argmin(followed[:, 7]))}: the sliding contact came to no end")
+        change = np.linalg.solve(matrices, (followed[:, :3] - velocities)[:, :, None])[:, :, 0]
+        words = tuple(SLIDING_WORDS[int(kind)] for kind in followed[:, 6])
+        return Impulses(followed[:, :3], change, followed[:, 3], followed[:, 4], words)

@@ -20,11 +20,6 @@ Array = NDArray[np.float64]
 class SphereEquivalent(RestitutionAndFriction):
     """``restitution``: normal velocity after over before (0 to 1); ``friction``: Coulomb's (from 0)."""
 
-    @property
-    def name(self) -> str:
-        """The law in a few words."""
-        return "sphere of the same volume"
-
     def strike(self, state: BodyState, solid: Solid, contact_world: Array, plate: Plate) -> Struck:
         """One impact; ``contact_world`` (3,) m is not used, since a sphere touches below its centre."""
         sphere = sphere_of(solid)

@@ -15,18 +15,8 @@ class NewtonImpulse(SlidingImpulse):
 
     ends_by: ClassVar[int] = NEWTON
 
-    @property
-    def name(self) -> str:
-        """The law in a few words."""
-        return "Newton's restitution"
-
 
 class PoissonImpulse(SlidingImpulse):
     """``restitution``: normal impulse of restitution over that of compression (0 to 1); ``friction``: Coulomb's (from 0)."""
 
     ends_by: ClassVar[int] = POISSON
-
-    @property
-    def name(self) -> str:
-        """The law in a few words."""
-        return "Poisson's restitution"

@@ -92,11 +92,6 @@ class Fitted:
         return np.array([known.get(name, 0.0) for name in model.names])
 
 
-def whitening_of(covariances: Array) -> Float[NDArray[np.float64], "impact 6 6"]:
-    """Inverse Cholesky factors of covariances (n, 6, 6)."""
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariances)))
-
-
 def whitened(impacts: Impacts, model: ContactModel, values: Array) -> Float[NDArray[np.float64], "impact 6"]:
     """Measured less predicted, in standard deviations, no scatter counted; ``values`` (p,) of the model's parameters."""
     return np.einsum("nij,nj->ni", impacts.whitening, impacts.after - model.predict(impacts.measured, values))

@@ -18,7 +18,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from estimator.contact_validation.contacts import Draws, drawn, drawn_corners
-from estimator.contact_validation.fitting import Fitted, Impacts, fit, whitening_of
+from estimator.contact_validation.fitting import Fitted, Impacts, fit
 from estimator.contact_validation.laws.models import RIGID
 from estimator.contact_validation.laws.point_contact import PointContact, point_contact
 from estimator.contact_validation.measured import OMEGA_AFTER, V_AFTER, MeasuredImpact
@@ -98,7 +98,7 @@ def carried(impacts: Impacts, fitted: Fitted, rng_seed: int) -> tuple[Impacts, F
 
 def _under(impacts: Sequence[MeasuredImpact], law: PointContact, rng_seed: int) -> Impacts:
     """Impacts with the whitening that a law gives them."""
-    whitening = whitening_of(residual_covariances(impacts, law, np.random.default_rng(rng_seed)))
+    whitening = np.linalg.inv(np.linalg.cholesky(residual_covariances(impacts, law, np.random.default_rng(rng_seed))))
     return Impacts(tuple(impacts), whitening, np.einsum("nij,nj->ni", whitening, scattering_of(impacts, law)))
 
 

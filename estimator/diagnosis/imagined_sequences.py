@@ -66,33 +66,26 @@ class Imagination(Protocol):
     @property
     def theta(self) -> Array:
         """Parameters (q,) of the fit's effects in a new sequence."""
-        ...
 
     @property
     def camera(self) -> Intrinsics | None:
         """The first camera's lens, where there is one."""
-        ...
 
     @property
     def recorded(self) -> Drop:
         """The recorded drop itself."""
-        ...
 
     def imagined(self, drop: Drop) -> "Imagined":
         """What a drop would give."""
-        ...
 
     def thinned(self, sequence: Any, most: int) -> tuple[Any, float]:
         """A sequence with fewer sightings, and how many each of those stands for."""
-        ...
 
     def silent(self, equations: SequenceEquations) -> SequenceEquations:
         """Equations of an imagined sequence, whose errors shall not count where noise is measured."""
-        ...
 
     def more_views(self, sequence: Any, particle: Any) -> Any:
         """A sequence with twice the calibrated views of its particle, where a kind has any."""
-        ...
 
 
 @dataclass(frozen=True)

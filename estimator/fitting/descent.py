@@ -42,11 +42,9 @@ class Costed(Protocol[S, T_co]):
 
     def moved(self, state: S, step: Array) -> S:
         """The state after a ``step`` (p,) of all parameters."""
-        ...
 
     def tried(self, state: S, most: float) -> Callable[[], System[T_co]] | None:
         """What linearises the problem at a state; ``None`` where that costs more than ``most``."""
-        ...
 
 
 @dataclass(frozen=True)

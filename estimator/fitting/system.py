@@ -26,12 +26,10 @@ class Told(Protocol):
     @property
     def H(self) -> Array:
         """Normal matrix (c, c)."""
-        ...
 
     @property
     def g(self) -> Array:
         """Gradient (c,)."""
-        ...
 
 
 T_co = TypeVar("T_co", bound=Told, covariant=True)

@@ -79,6 +79,13 @@ class TangencyErrors:
         told = self.told[:, :, :2]
         return float(np.sqrt(np.mean(self.error[:, :, :2][told] ** 2))) if told.any() else float("inf")
 
+    @property
+    def rms_of_each_px(self) -> Array:
+        """RMS error (n,) px of each first silhouette, in its picture, over all its told errors; 0 where it has none."""
+        told = self.told[:, :, :2]
+        squares = np.where(told, self.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
+        return np.asarray(np.sqrt(squares / np.maximum(told.sum(axis=(1, 2)), 1)))
+
 
 def _told(valid: NDArray[np.bool_], variance: Array) -> NDArray[np.bool_]:
     return np.asarray(valid[..., None] & (variance < SURE_PX**2))

@@ -270,15 +270,12 @@ class Ruler(Protocol):
 
     def plain(self, curve: Array) -> Array:
         """As a ``curve`` (v, 2) px is: (a,) px."""
-        ...
 
     def noisy(self, curve: Array) -> Array:
         """As a ``curve`` (v, 2) px is seen: (a,) px."""
-        ...
 
     def smooth(self, curve: Array) -> Array:
         """As a ``curve`` (v, 2) px is seen but for noise: (a,) px."""
-        ...
 
 
 def recession_of(points: Array, ruler: Ruler) -> tuple[Array, Array]:

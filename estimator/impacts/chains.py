@@ -35,8 +35,8 @@ from estimator.motion.rigid_body import RanAway
 from estimator.outlines.result import OutlineTrack
 from estimator.outlines.sightings import pictures_of, usable_sightings
 from estimator.particle.particle import Particle, views_like
-from estimator.poses.pose_refinement import refine
-from estimator.poses.pose_search import FoundPoses, rms_ete_px
+from estimator.poses.pose_refinement import pose_errors, refine
+from estimator.poses.pose_search import FoundPoses
 from estimator.search.candidate_flights import GOOD_COST, RIVAL_TRACK, Candidate, candidate_flights, first_pose
 
 Array = NDArray[np.float64]
@@ -241,7 +241,7 @@ def _shared_pose(task: FitTask, neighbour: Flight, impact_s: float, reference: i
         raise RanAway("the flight on the other side of an impact ran away")
     guess = Poses(pose.R, pose.t + pose.R @ neighbour.body.com_particle, np.full(1, np.inf))
     refined = refine(one.silhouettes, guess, task.views, iterations=40)
-    return FoundPoses(refined, rms_ete_px(one.silhouettes, refined, task.views))
+    return FoundPoses(refined, pose_errors(one.silhouettes, refined, task.views).rms_of_each_px)
 
 
 def _joint(task: FitTask, flights: list[Flight], impacts_s: Array) -> Solution[PiecewiseFlight]:

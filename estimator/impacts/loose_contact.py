@@ -9,6 +9,7 @@ trajectories (:mod:`estimator.measurements.trajectories.meeting_flights`).
 So whether an impact was one contact is a test of z against its covariance (chi-square of 5), and s what z asks for beyond it.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -72,6 +73,11 @@ def spread_needed(z: Array, covariance: Array) -> float:
     def excess(spread: float) -> float:
         return float(z @ np.linalg.solve(covariance + spread**2 * np.eye(COORDINATES), z)) - COORDINATES
 
+    return spread_without(excess)
+
+
+def spread_without(excess: Callable[[float], float]) -> float:
+    """The spread (s) at which nothing is left of an ``excess`` that falls with it; 0 where there is none without any."""
     if excess(0.0) <= 0.0 or excess(LONGEST_SPREAD_S) >= 0.0:
         return 0.0 if excess(0.0) <= 0.0 else LONGEST_SPREAD_S
     return float(brentq(excess, 0.0, LONGEST_SPREAD_S, xtol=1e-9))

@@ -58,12 +58,10 @@ class Weighed(Protocol):
     @property
     def errors(self) -> Rows:
         """The rows."""
-        ...
 
     @property
     def frames(self) -> WeighedFrames:
         """Their weights and normal equations."""
-        ...
 
 
 def weighed(errors: Rows, repeats: Array, jitter_s: float, wider: Array | None = None) -> WeighedFrames:
@@ -208,12 +206,10 @@ class Noisy(Protocol):
     @property
     def noise(self) -> float:
         """Over what was stated or estimated."""
-        ...
 
     @property
     def repeats(self) -> Array:
         """Over so many rows (c,)."""
-        ...
 
 
 def misfits(sequences: Sequence[Noisy], equations: Sequence[Weighed]) -> Array:

@@ -80,7 +80,7 @@ def _belonging(sets: Sequence[ViewSet], start: Placements, settings: MergeSettin
     fitted = _first_fit(sets, start, settings)
     for _ in range(MOST_ROUNDS):
         poses = fitted.task.poses(fitted.joint.placements)
-        _, _, foreign = view_agreement(fitted.task.seen, poses, fitted.task.pivot, settings.foreign_view_ratio)
+        _, foreign = view_agreement(fitted.task.seen, poses, fitted.task.pivot, settings.foreign_view_ratio)
         used = ~_with_whole_sets(foreign, fitted.task.set_of)
         whole = np.bincount(fitted.task.set_of, weights=used) > 0
         if np.array_equal(used, fitted.task.used) or not whole.all():

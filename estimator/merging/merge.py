@@ -103,7 +103,7 @@ def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[]
 
 def _agreeing(one: ViewSet, ratio: float) -> tuple[ViewSet, tuple[LeftOut, ...]]:
     """A set without the views that disagree with its others, and which; as it is where there are none, or too few others."""
-    rms, _, foreign = view_agreement(one.seen, one.poses, one.centre, ratio)
+    rms, foreign = view_agreement(one.seen, one.poses, one.centre, ratio)
     kept = np.flatnonzero(~foreign)
     if len(kept) == len(one) or len(kept) < MINIMUM_VIEWS:
         return one, ()

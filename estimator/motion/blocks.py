@@ -96,13 +96,10 @@ class State(Protocol):
     @property
     def layout(self) -> Layout:
         """Where they lie."""
-        ...
 
     @property
     def values(self) -> Array:
         """Of all p parameters (p,)."""
-        ...
 
     def moved(self, step: Array) -> Self:
         """After a parameter step (p,)."""
-        ...

@@ -122,15 +122,12 @@ class Motion(State, Protocol):
     @property
     def first(self) -> Flight:
         """The flight that begins it, whose body, outline offset and gravity are those of all."""
-        ...
 
     def with_first(self, first: Flight) -> Self:
         """The same with another flight that begins it."""
-        ...
 
     def states(self, steps: Array, times_s: Array) -> States:
         """States (f, m, ·) at ``times_s`` (f,) of the motions reached by the parameter steps (m, p)."""
-        ...
 
 
 class Forces(Protocol):
@@ -138,22 +135,18 @@ class Forces(Protocol):
 
     def acceleration(self, time_s: float, state: States, omega: Array) -> Array:
         """Acceleration (m, 3) m/s², world frame."""
-        ...
 
     @property
     def torque(self) -> Rate | None:
         """Torque per largest moment (m, 3) rad/s², world frame; ``None`` where there is none."""
-        ...
 
     @property
     def of_attitude(self) -> bool:
         """Whether any of them depends on the attitude."""
-        ...
 
     @property
     def constant(self) -> bool:
         """Whether all are forces, and the same at every moment of a flight."""
-        ...
 
 
 @dataclass(frozen=True)

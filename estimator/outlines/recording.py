@@ -8,14 +8,11 @@ from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline, oriented, signed_area
 from estimator.outlines.result import FrameOutline, FrameStatus, OutlineTrack, left_out
 from estimator.outlines.sampling import evenly_sampled
-from estimator.outlines.settings import OutlineSettings
 from estimator.outlines.track import extract_outlines
 from estimator.outlines.views import extract_view_outlines
 
 
-def outlines_of(
-    recording: Recording, intrinsics: Intrinsics, *, name: str = "recording", settings: OutlineSettings | None = None
-) -> OutlineTrack:
+def outlines_of(recording: Recording, intrinsics: Intrinsics, *, name: str = "recording") -> OutlineTrack:
     """Outlines (px) of what one camera recorded; ``intrinsics`` says the size of its pictures.
 
     Raises
@@ -24,13 +21,11 @@ def outlines_of(
         Where a picture's size is not the camera's; the message names ``name`` and the frame.
     """
     if isinstance(recording, Frames):
-        return extract_outlines(recording, image_size=(intrinsics.width_px, intrinsics.height_px), name=name, settings=settings)
+        return extract_outlines(recording, image_size=(intrinsics.width_px, intrinsics.height_px), name=name)
     return OutlineTrack(tuple(checked(outline, intrinsics) for outline in recording))
 
 
-def view_outlines_of(
-    recording: Recording, views: Sequence[CalibratedView], *, name: str = "views", settings: OutlineSettings | None = None
-) -> OutlineTrack:
+def view_outlines_of(recording: Recording, views: Sequence[CalibratedView], *, name: str = "views") -> OutlineTrack:
     """Outlines (px) of the calibrated views, one entry per view.
 
     Raises
@@ -39,7 +34,7 @@ def view_outlines_of(
         Where the numbers of pictures or outlines and of views differ, or a picture's size is not its camera's.
     """
     if isinstance(recording, Frames):
-        return extract_view_outlines(recording, views, name=name, settings=settings)
+        return extract_view_outlines(recording, views, name=name)
     if len(recording) != len(views):
         raise InputError(f"{name}: expected one outline for each of the {len(views)} calibrated views, got {len(recording)}")
     return OutlineTrack(tuple(checked(o, v.intrinsics) for o, v in zip(recording, views, strict=True)))

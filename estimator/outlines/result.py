@@ -32,10 +32,6 @@ class FrameStatus(StrEnum):
 EMPTY = Outline(np.zeros((0, 2)))
 
 
-def _none() -> NDArray[np.bool_]:
-    return np.zeros(0, dtype=bool)
-
-
 @dataclass(frozen=True)
 class FrameOutline:
     """One frame: its outline (px) and how well it could be seen.
@@ -58,7 +54,7 @@ class FrameOutline:
     noise: float = float("nan")
     sigma_px: float = float("nan")
     misfit: float = float("nan")
-    unsure: Bool[NDArray[np.bool_], " n"] = field(default_factory=_none)
+    unsure: Bool[NDArray[np.bool_], " n"] = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
     @property
     def used(self) -> bool:

@@ -11,9 +11,7 @@ from estimator.outlines.settings import OutlineSettings
 from estimator.outlines.track import without_blurred
 
 
-def extract_view_outlines(
-    frames: Frames, views: Sequence[CalibratedView], *, name: str = "views", settings: OutlineSettings | None = None
-) -> OutlineTrack:
+def extract_view_outlines(frames: Frames, views: Sequence[CalibratedView], *, name: str = "views") -> OutlineTrack:
     """Outline of the particle in each calibrated view; one picture per view, read one at a time.
 
     The background is the one taken with that view's camera where there is one, otherwise the smooth light in the
@@ -26,7 +24,7 @@ def extract_view_outlines(
     """
     if len(frames) != len(views):
         raise InputError(f"{name}: expected one picture for each of the {len(views)} calibrated views, got {len(frames)} pictures")
-    settings = settings or OutlineSettings()
+    settings = OutlineSettings()
     seen = []
     for index, view in enumerate(views):
         shape = (view.intrinsics.height_px, view.intrinsics.width_px)

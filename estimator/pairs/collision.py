@@ -134,7 +134,7 @@ def _draw(at: _At, hulls: Hulls, ratio: Measured) -> tuple[_Drawn, Array]:
     gaps = np.array([n.gap_m for n in near])
     log_weight = -0.5 * gaps**2 / float(hulls.sigma_m @ hulls.sigma_m)
     weight = np.exp(log_weight - log_weight.max())
-    normals = [_tilted(n.normal, FACE_RAD * rng.standard_normal(3)) for n in near]
+    normals = [rotation_from_vector(FACE_RAD * rng.standard_normal((1, 3)))[0] @ n.normal for n in near]
     ratios = ratio.value + ratio.sigma * rng.standard_normal(DRAWS)
     rows = [
         _numbers(at, shift, (n, normal), (at.state + shift[rates], float(r)))
@@ -142,10 +142,6 @@ def _draw(at: _At, hulls: Hulls, ratio: Measured) -> tuple[_Drawn, Array]:
     ]
     numbers = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     return _Drawn(weight / weight.sum(), np.array(normals), np.array([n.point for n in near]), numbers), gaps
-
-
-def _tilted(normal: Array, turn: Array) -> Array:
-    return np.asarray(rotation_from_vector(turn[None])[0] @ normal)
 
 
 def _numbers(at: _At, shift: Array, contact: tuple[Nearest, Array], moving: tuple[Array, float]) -> dict[str, float]:

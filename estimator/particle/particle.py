@@ -53,14 +53,13 @@ VIEW_DRAWS = 8
 
 @dataclass(frozen=True)
 class ViewReport:
-    """Agreement of the views with one another: ``rms_px`` (k,) plain and ``whitened`` (k,) median ETE of each view against the others.
+    """Agreement of the views with one another: ``rms_px`` (k,) RMS ETE of each view against the others.
 
     ``foreign`` (k,): which do not belong. ``numbers`` (k,): the views' numbers in the observation, which also counts those
     ``without_outline``.
     """
 
     rms_px: Array
-    whitened: Array
     foreign: NDArray[np.bool_]
     numbers: NDArray[np.int64]
     without_outline: tuple[int, ...]
@@ -271,8 +270,8 @@ def particle_of(
     )
 
 
-def view_agreement(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: float) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """ETE of every view with every other: ``rms_px``, ``whitened`` and ``foreign`` of :class:`ViewReport`, each (k,).
+def view_agreement(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: float) -> tuple[Array, NDArray[np.bool_]]:
+    """ETE of every view with every other: ``rms_px`` and ``foreign`` of :class:`ViewReport`, each (k,).
 
     A view is foreign when its median whitened error is ``ratio`` times that of the views without it.
     ``centre`` (3,) m, particle frame.
@@ -290,9 +289,7 @@ def view_agreement(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: floa
         if typical[worst] <= ratio * max(float(np.median(typical)), 0.5):
             break
         foreign[rest[worst]] = True
-    belonging = np.flatnonzero(~foreign)
-    whitened = np.array([_nanmedian(z[i, belonging]) for i in range(k)])
-    return rms, whitened, foreign
+    return rms, foreign
 
 
 def views_like(particle: Particle, first: Silhouettes, rng: np.random.Generator, pictures: Pictures | None = None) -> Views:

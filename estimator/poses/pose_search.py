@@ -49,15 +49,7 @@ def search_pose(silhouette: Silhouettes, views: Views, catalogue: StartCatalogue
     fine = distinct(
         refine(_repeat(silhouette, len(best.R)), best, views, iterations=effort.fine_steps), separation_rad=effort.separation_rad
     )
-    return FoundPoses(fine, rms_ete_px(_repeat(silhouette, len(fine.R)), fine, views))
-
-
-def rms_ete_px(first: Silhouettes, poses: Poses, views: Views) -> Array:
-    """Plain RMS ETE (n,) px in the searched picture over all its valid pairs."""
-    errors = pose_errors(first, poses, views)
-    told = errors.told[:, :, :2]
-    squares = np.where(told, errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
-    return np.asarray(np.sqrt(squares / np.maximum(told.sum(axis=(1, 2)), 1)))
+    return FoundPoses(fine, pose_errors(_repeat(silhouette, len(fine.R)), fine, views).rms_of_each_px)
 
 
 def spread(count: int, wanted: int) -> list[int]:

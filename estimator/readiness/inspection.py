@@ -17,9 +17,8 @@ from datasets.observation import Frames, Recording
 from datasets.vocabulary.camera import Intrinsics
 from estimator.impacts.impact_search import CentroidPath, centroid_path, clear_kinks, find_kinks
 from estimator.outlines.pictures.background import SATURATED
-from estimator.outlines.recording import checked
+from estimator.outlines.recording import outlines_of
 from estimator.outlines.result import OutlineTrack
-from estimator.outlines.track import extract_outlines
 
 Array = NDArray[np.float64]
 AROUND = 3
@@ -93,7 +92,7 @@ def inspect_recording(
     datasets.errors.InputError
         Naming ``name`` and the frame where a picture is of another size or damaged.
     """
-    track = _track(recording, size_px, name)
+    track = outlines_of(recording, Intrinsics(*size_px, 1.0, 1.0, 0.0, 0.0), name=name)
     path = centroid_path(track, in_part=True)
     extent = np.array([np.ptp(f.outline.points_px, axis=0).max() if len(f.outline.points_px) else np.nan for f in track.frames])
     saturated = _saturated(recording) if isinstance(recording, Frames) else np.full(len(track), np.nan)
@@ -124,13 +123,6 @@ def parabola(inspection: Inspection) -> tuple[Float[NDArray[np.float64], "3 2"],
     scale = np.abs(A).max(axis=0)
     coefficients = np.linalg.lstsq(A / scale, inspection.free.c, rcond=None)[0] / scale[:, None]
     return coefficients, inspection.free.c - A @ coefficients
-
-
-def _track(recording: Recording, size_px: tuple[int, int], name: str) -> OutlineTrack:
-    if isinstance(recording, Frames):
-        return extract_outlines(recording, image_size=size_px, name=name)
-    lens = Intrinsics(*size_px, 1.0, 1.0, 0.0, 0.0)
-    return OutlineTrack(tuple(checked(outline, lens) for outline in recording))
 
 
 def _saturated(frames: Frames) -> Float[NDArray[np.float64], " frame"]:

@@ -23,9 +23,10 @@ from estimator.fitting.campaigns.forced_velocities import body_under, motion_und
 from estimator.impacts.chains import LEAST_JUMP
 from estimator.measurements.trajectories.impacts import impact_record
 from estimator.measurements.trajectories.meeting_flights import Meeting, meeting
-from estimator.motion.flight import LAYOUT, Flight, fitted_body
+from estimator.motion.flight import LAYOUT, Flight
 from estimator.motion.reached import Reached
 from estimator.motion.rotation import quaternion
+from estimator.reports.reporting import fitted_axes
 from estimator.reports.told_parameters import Told
 
 Array = NDArray[np.float64]
@@ -136,14 +137,9 @@ def _met(a: FittedFlight, b: FittedFlight) -> Meeting:
 
 
 def _impact(struck: Struck, fit: CampaignFit) -> ImpactEstimate:
-    met = struck.meeting
-    return replace(impact_record(met), q_world_body=quaternion(met.R @ _fitted_axes(struck.before, fit)))
-
-
-def _fitted_axes(each: FittedFlight, fit: CampaignFit) -> Array:
-    """Nominal body axes from those of the fitted body."""
+    met, each = struck.meeting, struck.before
     own = body_under(each.flight, fit.model, fit.state.theta[each.number], each.sequence.setting)
-    return np.asarray(own.body.R_particle_body.T @ fitted_body(own).R_particle_body)
+    return replace(impact_record(met), q_world_body=quaternion(met.R @ fitted_axes(own)))
 
 
 def _message(flights: Sequence[FittedFlight], impacts: int, fit: CampaignFit) -> str:

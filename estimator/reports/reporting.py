@@ -219,13 +219,9 @@ def fit_statistics(refined: Refined[Motion], found: FoundPoses) -> dict[str, Any
 
 def sighting_errors(refined: Refined[Motion]) -> dict[tuple[int, int], tuple[float, float]]:
     """Plain RMS ETE (px) and whitened RMS of each (camera, frame) that was fitted."""
-    errors = refined.at.errors
-    told = errors.told[:, :, :2]
-    squares = np.where(told, errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
-    rms = np.sqrt(squares / np.maximum(told.sum(axis=(1, 2)), 1))
     whitened = np.sqrt(refined.at.frames.chi2 / np.maximum(refined.at.frames.count, 1))
     places = zip(refined.sightings.camera.tolist(), refined.sightings.frame.tolist(), strict=True)
-    return {place: (float(a), float(b)) for place, a, b in zip(places, rms, whitened, strict=True)}
+    return {place: (float(a), float(b)) for place, a, b in zip(places, refined.at.errors.rms_of_each_px, whitened, strict=True)}
 
 
 def frame_reports(tracks: tuple[OutlineTrack, ...], errors: dict[tuple[int, int], tuple[float, float]] | None) -> tuple[FrameReport, ...]:

@@ -89,11 +89,7 @@ def _limit(task: FitTask, particle: Particle, flight: Flight, cost: float, *, ow
 
 def sides_seen(task: FitTask, flight: Flight) -> int:
     """How many distinct sides of the body the sightings show under a flight; opposite sides have the same outline."""
-    return len(np.unique(_sides(task, flight)))
-
-
-def _sides(task: FitTask, flight: Flight) -> NDArray[np.int64]:
-    return np.asarray(np.argmax(np.abs(_viewing(task, flight) @ fibonacci_sphere(SIDES).T), axis=1), dtype=np.int64)
+    return len(np.unique(np.argmax(np.abs(_viewing(task, flight) @ fibonacci_sphere(SIDES).T), axis=1)))
 
 
 def _viewing(task: FitTask, flight: Flight) -> Array:

@@ -28,11 +28,8 @@ class Track:
     cost: Array
 
 
-def track(sightings: Sightings, views: Views, reference: int, found: Poses, *, spin_rads: Array | None = None) -> Track:
-    """Follow one pose (``found``, n = 1) of sighting ``reference`` through all sightings of its camera, both ways in time.
-
-    ``spin_rads`` (3,), world frame: of the first steps.
-    """
+def track(sightings: Sightings, views: Views, reference: int, found: Poses) -> Track:
+    """Follow one pose (``found``, n = 1) of sighting ``reference`` through all sightings of its camera, both ways in time."""
     camera = sightings.cameras[int(sightings.camera[reference])]
     rows = np.flatnonzero(sightings.camera == sightings.camera[reference])
     rows = rows[np.argsort(sightings.times_s[rows])]
@@ -41,10 +38,9 @@ def track(sightings: Sightings, views: Views, reference: int, found: Poses, *, s
     R, centre, cost = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.full(n, np.inf)
     R[at], centre[at], cost[at] = found.R[0], found.centre_cam[0], found.cost[0]
     times = sightings.times_s[rows]
-    start_spin = np.zeros(3) if spin_rads is None else camera.R_cam_world @ spin_rads
     for order in (range(at + 1, n), range(at - 1, -1, -1)):
         before = at
-        spin, velocity = start_spin, np.zeros(3)
+        spin, velocity = np.zeros(3), np.zeros(3)
         for i in order:
             dt = times[i] - times[before]
             guess = Poses(rotation_from_vector((spin * dt)[None]) @ R[before], (centre[before] + velocity * dt)[None], np.full(1, np.inf))

@@ -62,25 +62,20 @@ class Recorded(Protocol):
     @property
     def own_px(self) -> float:
         """Noise that its outlines show by themselves."""
-        ...
 
     @property
     def place(self) -> Index:
         """Where its parameters (c,) lie among all."""
-        ...
 
     @property
     def mass(self) -> Array:
         """Mass properties (8,) of its body as deviations from the nominal one; all recordings share them."""
-        ...
 
     def samples(self, surface: Surface) -> Samples:
         """Its samples beside the outlines that a surface casts, with derivatives by its parameters (c,)."""
-        ...
 
     def moved(self, step: Array) -> Self:
         """The same after a ``step`` (c,) of its parameters."""
-        ...
 
 
 @dataclass(frozen=True)

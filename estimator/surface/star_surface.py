@@ -40,7 +40,8 @@ class Sphere:
     @property
     def subdivisions(self) -> int:
         """Of the icosahedron."""
-        return subdivisions_to(len(self.directions))
+        corners = len(self.directions)
+        return round(np.log((corners - 2) / 10) / np.log(4)) if corners > CORNERS else 0
 
     @property
     def directions(self) -> Float[NDArray[np.float64], "n 3"]:
@@ -62,11 +63,6 @@ def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
     laplacian = csr_array(eye_array(n) - mean)
     laplacian.sort_indices()  # or whoever needs them sorted does it in place, and sums differ by rounding from then on
     return Sphere(mesh, laplacian, edge)
-
-
-def subdivisions_to(corners: int) -> int:
-    """How many subdivisions lead to about so many ``corners``."""
-    return round(np.log((corners - 2) / 10) / np.log(4)) if corners > CORNERS else 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,9 +57,9 @@ def impulses_per_second(rng: np.random.Generator) -> float:
 
     def work() -> None:
         for state in states:
-            law.strike(state, body.solid, support_point(state, body.vertices_body, FLAT).point_world, FLAT)
+            law.strike(state, body.solid, support_point(state, body.vertices_body, FLAT), FLAT)
 
-    law.strike(states[0], body.solid, support_point(states[0], body.vertices_body, FLAT).point_world, FLAT)
+    law.strike(states[0], body.solid, support_point(states[0], body.vertices_body, FLAT), FLAT)
     return IMPACTS / _seconds(work)
 
 

@@ -23,7 +23,6 @@ from estimator.geometry.silhouettes import Silhouettes
 from estimator.likelihood.composite_likelihood import shared_view_noise, weigh
 from estimator.motion.rotation import rotation_from_vector
 from estimator.poses.pose_refinement import mean_cost, pose_errors, pose_set
-from estimator.poses.pose_search import rms_ete_px
 
 Array = NDArray[np.float64]
 MOST_STEPS = 60
@@ -78,7 +77,7 @@ def poses_with_focal(
     errors = _errors(seen, at, views, huber)
     poses = Poses(at.R, at.centre, mean_cost(errors))
     sigma = _sigma(seen, at, views, prior, floor_px)
-    return FocalPoses(at.log_factor, sigma, poses, rms_ete_px(seen, poses, views), solution.outcome is Outcome.CONVERGED)
+    return FocalPoses(at.log_factor, sigma, poses, pose_errors(seen, poses, views).rms_of_each_px, solution.outcome is Outcome.CONVERGED)
 
 
 def _errors(seen: Silhouettes, at: _State, views: Views, huber: float) -> TangencyErrors:

@@ -32,7 +32,8 @@ from estimator.geometry.tangent_hull import TangentHull
 from estimator.geometry.visual_hull import visual_hull
 from estimator.particle.particle import particle_of, view_poses
 from estimator.poses.pose_competition import Competition, compete, protrusion_px
-from estimator.poses.pose_search import SearchEffort, rms_ete_px, search_pose
+from estimator.poses.pose_refinement import pose_errors
+from estimator.poses.pose_search import SearchEffort, search_pose
 from scripts.real.focal_poses import FocalPoses, FocalPrior, poses_with_focal
 
 Array = NDArray[np.float64]
@@ -141,7 +142,7 @@ def left_out_pose(outlines: list[Outline], views: list[CalibratedView], left: in
     return LeftOut(
         angle_deg=np.degrees(Rotation.from_matrix(found.poses.R @ R.T).magnitude()),
         rms_px=found.rms_px,
-        given_rms_px=float(rms_ete_px(one, given, known)[0]),
+        given_rms_px=float(pose_errors(one, given, known).rms_of_each_px[0]),
         given_protrusion_px=float(protrusion_px(one, given, particle.hull.vertices - known.centre)[0]),
         competition=competition,
         focal=focal,

@@ -102,11 +102,8 @@ def impulse_model(added: Sequence[str] = ()) -> ContactModel:
     """The Mirtich–Stronge impulse with the physics ``added`` by key."""
     physics = [p for p in ADDITIONS if p.key in added]
     parameters = (RESTITUTION, FRICTION, *(q for p in physics for q in p.parameters))
-    return _point_model("+".join(["stronge_impulse", *(p.key for p in physics)]), _title(physics), parameters)
-
-
-def _title(physics: Sequence[Physics]) -> str:
-    return " + ".join(["Mirtich–Stronge impulse", *(p.title for p in physics)])
+    title = " + ".join(["Mirtich–Stronge impulse", *(p.title for p in physics)])
+    return _point_model("+".join(["stronge_impulse", *(p.key for p in physics)]), title, parameters)
 
 
 def _point_model(key: str, title: str, parameters: tuple[FreeParameter, ...]) -> ContactModel:

@@ -108,7 +108,7 @@ class BodyThrust(EffectModel):
         return np.asarray(np.einsum("mij,mj->mi", moment.R, theta[:, 3:]))
 
 
-_GRADIENT = ("xx", "yy", "zz", "xy", "xz", "yz")
+_PAIRS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
 class ForceField(EffectModel):
@@ -120,7 +120,7 @@ class ForceField(EffectModel):
         Scope.CAMPAIGN,
         (
             *(Parameter(f"a_{axis}", "m/s2", (-np.inf, np.inf), 1e-3, f"acceleration in the middle, along {axis}") for axis in "xyz"),
-            *(Parameter(f"g_{pair}", "1/s2", (-np.inf, np.inf), 1e-2, f"its gradient, component {pair}") for pair in _GRADIENT),
+            *(Parameter(f"g_{pair}", "1/s2", (-np.inf, np.inf), 1e-2, f"its gradient, component {pair}") for pair in _PAIRS),
         ),
         "dv/dt = g + a + G (x - x0), G symmetric",
         REFERENCE,
@@ -196,7 +196,6 @@ class ImageWarp(EffectModel):
 
 WARPED = EFFECTS["position_distortion"].parameters[0].plausible
 """Coefficients of a warp that are plausible, as of the catalogue's distortion: all have one size, whatever the data see of each."""
-_PRODUCTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
 class VolumeWarp(EffectModel):
@@ -213,7 +212,7 @@ class VolumeWarp(EffectModel):
             *(
                 Parameter(f"{axis}_{pair}", "1", WARPED, 1e-4, f"displacement along {axis}, over R, by u_{pair[0]} u_{pair[1]}")
                 for axis in "xyz"
-                for pair in _PRODUCTS
+                for pair in _PAIRS
             ),
             Parameter("stretch", "1", WARPED, 1e-4, "radial displacement, over R, by |u|^3"),
             *(Parameter(f"twist_{axis}", "1", WARPED, 1e-4, f"turn about {axis} by |u|^2, rad") for axis in "xyz"),
@@ -262,8 +261,6 @@ class ZoomInTime(EffectModel):
 
 
 _HARMONICS = tuple((d, m) for d in (2, 3) for m in range(-d, d + 1))
-
-
 _KNOWN_HARMONICS: WeakKeyDictionary[Places, Array] = WeakKeyDictionary()
 """Harmonics at places, which every derivative asks for again."""
 
@@ -286,9 +283,7 @@ class BodyOutline(EffectModel):
         "body_outline",
         Stage.SEGMENTATION,
         Scope.PARTICLE,
-        tuple(
-            Parameter(f"b{d}{m:+d}", "px", (-np.inf, np.inf), 1e-2, f"coefficient of Y_{d},{m}") for d in (2, 3) for m in range(-d, d + 1)
-        ),
+        tuple(Parameter(f"b{d}{m:+d}", "px", (-np.inf, np.inf), 1e-2, f"coefficient of Y_{d},{m}") for d, m in _HARMONICS),
         "delta = sum b_lm Y_lm(n), n the outward normal in body axes, Y real and of mean square 1",
         REFERENCE,
     )

@@ -16,36 +16,18 @@ from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, fit_campaign
-from estimator.fitting.system import Arrangement
-from estimator.likelihood.composite_likelihood import Weighted
-from estimator.likelihood.rows import (
-    Density,
-    density,
-    far_off,
-    freedoms,
-    marginal_squares,
-    misfits,
-    noise_scales,
-    robust_cost,
-    shifts_in_time,
-    weighed,
-)
+from estimator.likelihood.rows import robust_cost, shifts_in_time, weighed
 from estimator.likelihood.time_shifts import TimeShifts
 from estimator.measurements.outlines.frame_noise import with_frame_noise
 from estimator.measurements.outlines.imagined import SampledPictures
-from estimator.measurements.outlines.maps import outline_floor, outline_maps
+from estimator.measurements.outlines.maps import outline_maps
 from estimator.measurements.outlines.surface_scale import with_surface_scale
 from estimator.measurements.outlines.surfaces import refitted_surfaces
-from estimator.measurements.outlines.task import (
-    OutlineErrors,
-    OutlineResiduals,
-    OutlineTask,
-    linearised,
-    outline_residuals,
-    with_contacts,
-)
+from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask, linearised, outline_residuals, with_contacts
+from estimator.measurements.own_noise import OwnNoise
 from estimator.measurements.silhouettes.imagined import Pictures
 from estimator.measurements.silhouettes.kind import SILHOUETTES, picture_reports
+from estimator.measurements.silhouettes.noise_floor import floor_between_frames
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight
 from estimator.particle.particle import Particle
 
@@ -55,7 +37,7 @@ OFF = "its outline is off as a whole from where those beside it are"
 
 
 @dataclass(frozen=True)
-class Outlines:
+class Outlines(OwnNoise):
     """The kind of :class:`estimator.measurements.outlines.task.OutlineTask`.
 
     ``amplitudes``: how many a particle's surface has, which answers to all ``effects``. ``huber``: standard deviations beyond which a
@@ -68,7 +50,6 @@ class Outlines:
     huber: float
     seed: int
     stated: tuple[EffectModel, ...] = ()
-    unit: str = "σ"
 
     @property
     def base(self) -> Model:
@@ -96,20 +77,9 @@ class Outlines:
         del like
         return robust_cost(residuals, sequence.repeats) if residuals.seen.any() else float("inf")
 
-    def repeated_noise(
-        self, campaign: Campaign, errors: Sequence[OutlineErrors], frames: Sequence[Weighted], at: Arrangement, like: Any = None
-    ) -> Array:
-        """None: what repeats is the surface's, which is among the parameters."""
-        del campaign, errors, frames, like
-        return np.zeros((at.p, at.p))
-
     def sightings(self, sequence: OutlineTask) -> int:
         """Outlines in use."""
         return len(sequence.task.sightings)
-
-    def only(self, sequence: OutlineTask, kept: NDArray[np.bool_]) -> OutlineTask:
-        """Other sightings have no residuals."""
-        return replace(sequence, kept=sequence.kept & kept)
 
     def followed(self, sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
         """What the samples meet there."""
@@ -126,14 +96,6 @@ class Outlines:
             fit = fit_campaign(campaign, fit.state, fit.model)
         return with_surface_scale(campaign, fit)
 
-    def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
-        """Noise of the samples over what outlines show by themselves."""
-        return noise_scales(misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
-
-    def noise_of(self, sequence: OutlineTask) -> float:
-        """As it is in the sequence's standard deviations."""
-        return sequence.noise
-
     def misses(self, sequence: OutlineTask, mean_square: float) -> float:
         """Outlines show their noise by themselves; what a fit takes for noise may be more."""
         return sequence.noise * float(np.sqrt(mean_square))
@@ -141,15 +103,6 @@ class Outlines:
     def with_noise(self, sequence: OutlineTask, noise: float) -> OutlineTask:
         """With larger standard deviations."""
         return replace(sequence, noise=noise)
-
-    def density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Density:
-        """Each sequence's noise integrated."""
-        of = campaign.sequences, equations
-        return density(equations, misfits(*of), freedoms(*of), far_off(*of))
-
-    def squares(self, equations: Sequence[SequenceEquations]) -> float:
-        """Of what random shifts of the frames' times do not explain."""
-        return sum(marginal_squares(each) for each in equations)
 
     def hollow(self, sequence: OutlineTask) -> float:
         """Hollows are in the surface."""
@@ -160,18 +113,13 @@ class Outlines:
         found = shifts_in_time(equations)
         return tuple(found.take(rows) for rows in campaign.sequences[number].task.sightings.in_time)
 
-    def noise_ratio(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
-        """One: the noise is found with the fit."""
-        del campaign, equations
-        return 1.0
-
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
         """As for tangency errors."""
         return SILHOUETTES.why_not(campaign, effect)
 
     def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
-        """Against noise that changes from frame to frame."""
-        return outline_floor(campaign, fit, rng)
+        """Residuals in standard deviations of the noise, by how those of a sector change from frame to frame."""
+        return floor_between_frames(campaign, fit, rng, alike=campaign.sequences[0].alike)
 
     def residual_maps(self, campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
         """Of outline-normal residuals."""

@@ -1,4 +1,4 @@
-"""Is there anything to explain in outlines sample by sample, and where: the mean residuals of sectors, as tangency errors are looked at.
+"""Where a model of outlines fails sample by sample: the mean residuals of sectors, as tangency errors are looked at.
 
 Noise is new in each sector, alike over a few frames, and its size is known. Whole frames may scatter by more, as under a trigger that
 jitters, so standard errors are clustered by frame; a bin of few frames says little of that, so its clusters count beside the mean of all
@@ -10,11 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import Axis, ResidualMap
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.measurements.silhouettes.map_axes import outline_axes
-from estimator.measurements.silhouettes.noise_floor import floor_between_frames
 from estimator.measurements.silhouettes.residual_maps import Mapped, frames_of, summed
 
 Array = NDArray[np.float64]
@@ -22,11 +20,6 @@ Index = NDArray[np.int64]
 LIKE_ALL = 30.0
 """Frames whose scatter is taken to be that of all bins, beside a bin's own: clusters of ten frames alone made maps of noise show something
 in a third of campaigns."""
-
-
-def outline_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
-    """Judge the residuals of a fit, in standard deviations of the noise, by how those of a sector change from frame to frame."""
-    return floor_between_frames(campaign, fit, rng, alike=campaign.sequences[0].alike)
 
 
 def outline_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:

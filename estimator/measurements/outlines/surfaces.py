@@ -53,17 +53,14 @@ class Asked(Protocol):
     @property
     def effects(self) -> tuple[EffectModel, ...]:
         """Whatever may be asked for."""
-        ...
 
     @property
     def huber(self) -> float:
         """Standard deviations beyond which a sample's influence stays constant."""
-        ...
 
     @property
     def seed(self) -> int:
         """Of random signs."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -206,8 +203,7 @@ def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int
     made = []
     for each in met:
         flight = replace(each.flight, com=each.flight.com - mass[:3], inertia=each.flight.inertia - mass[3:])
-        task = replace(_with_amplitudes(each.task, found, here), view_noise_px=shape.noise_px)
-        made.append(replace(each, task=task, flight=flight))
+        made.append(replace(each, task=_with_amplitudes(each.task, found, here), flight=flight))
     return made
 
 

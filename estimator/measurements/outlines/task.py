@@ -52,7 +52,7 @@ class OutlineTask(SequenceTask):
     ``particle`` it shows; ``contacts``: what the samples meet; ``sectors``: the shape of the outlines there; ``amplitudes`` of the
     particle's surface; ``own_px`` (n,) noise of each outline's samples; ``view_px_m``: m per px of the calibrated views, in the median;
     ``views_px``: by how much their outlines are drawn too large, as far as the surface knows; ``deviation`` (8,) of mass properties from
-    the surface's; ``noise`` over what the outlines show and ``view_noise_px``, effective, of the views; ``kept`` (n,) sightings in use;
+    the surface's; ``noise`` over what the outlines show; ``kept`` (n,) sightings in use;
     ``alike``: over how many frames noise is alike; ``under``: keys of the effects under which the surface was fitted to views and frames,
     ``None``: it was not.
     """
@@ -66,7 +66,6 @@ class OutlineTask(SequenceTask):
     kept: NDArray[np.bool_] = field(kw_only=True)
     sectors: OutlineShape = field(kw_only=True)
     noise: float = 1.0
-    view_noise_px: float = 0.0
     views_px: float = 0.0
     alike: float = 1.0
     under: tuple[str, ...] | None = None

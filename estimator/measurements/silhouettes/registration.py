@@ -16,7 +16,7 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView, Observation
 from estimator.appearance.model_errors import SequenceTask
 from estimator.appearance.outline_tables import OutlineTables, with_tables
-from estimator.appearance.rim import Rim, rim_of
+from estimator.appearance.rim import rim_of
 from estimator.data.configuration import ALWAYS, Configuration
 from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import NoMeasurement
@@ -203,11 +203,8 @@ def _sequence(
     )
     tables = OutlineTables(particle, task.views, bias_pairs(observation, configuration), configuration.seed, pictures)
     name = flight_name(observation.name, number) if number else observation.name
-    return SequenceTask(name, task, setting, _rim(particle), outline_shape([np.zeros((0, 2))] * len(task.sightings)), tables, number=number)
-
-
-def _rim(particle: Particle) -> Rim:
-    return rim_of((particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body)
+    rim = rim_of((particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body)
+    return SequenceTask(name, task, setting, rim, outline_shape([np.zeros((0, 2))] * len(task.sightings)), tables, number=number)
 
 
 def flight_name(recording: str, number: int) -> str:

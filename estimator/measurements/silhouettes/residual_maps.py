@@ -45,11 +45,9 @@ class Clusters(Protocol):
     @property
     def frame(self) -> Index:
         """The outline that each residual belongs to, over all sequences."""
-        ...
 
     def covariance(self, influence: Array, residual: Array, axis: Axis) -> Array:
         """Covariance (b, b) of means over bins of an axis; ``influence`` (b, r) on them of what is left of each ``residual`` (r,) px."""
-        ...
 
 
 @dataclass(frozen=True)

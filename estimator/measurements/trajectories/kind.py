@@ -17,23 +17,10 @@ from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
-from estimator.fitting.system import Arrangement
-from estimator.likelihood.composite_likelihood import Weighted
 from estimator.likelihood.noise_freedom import as_students
-from estimator.likelihood.rows import (
-    Density,
-    Rows,
-    density,
-    far_off,
-    freedoms,
-    marginal_squares,
-    misfits,
-    noise_scales,
-    robust_cost,
-    shifts_in_time,
-    weighed,
-)
+from estimator.likelihood.rows import Rows, robust_cost, shifts_in_time, weighed
 from estimator.likelihood.time_shifts import TimeShifts
+from estimator.measurements.own_noise import OwnNoise
 from estimator.measurements.trajectories.applying import OFTEN_WRONG, why_not, with_plausible_values
 from estimator.measurements.trajectories.imagined import Tracks
 from estimator.measurements.trajectories.noise import with_noise
@@ -46,14 +33,13 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Trajectories:
+class Trajectories(OwnNoise):
     """The kind of :class:`estimator.measurements.trajectories.task.TrajectoryTask`.
 
     ``read_once``: whether spins were measured in one row of a flight, by a reading that may be wrong.
     """
 
     read_once: bool = False
-    unit: str = "σ"
 
     @property
     def base(self) -> Model:
@@ -80,20 +66,9 @@ class Trajectories:
         del like
         return robust_cost(residuals, sequence.repeats)
 
-    def repeated_noise(
-        self, campaign: Campaign, errors: Sequence[Rows], frames: Sequence[Weighted], at: Arrangement, like: Sequence[Rows] | None = None
-    ) -> Array:
-        """None: every row has its own."""
-        del campaign, errors, frames, like
-        return np.zeros((at.p, at.p))
-
     def sightings(self, sequence: TrajectoryTask) -> int:
         """Rows."""
         return len(sequence.times_s)
-
-    def only(self, sequence: TrajectoryTask, kept: NDArray[np.bool_]) -> TrajectoryTask:
-        """Other rows have no residuals."""
-        return replace(sequence, kept=sequence.kept & kept)
 
     def followed(self, sequence: TrajectoryTask, flight: Flight, model: Model, theta: Array) -> TrajectoryTask:
         """Nothing is made of it."""
@@ -113,14 +88,6 @@ class Trajectories:
         except InputError:  # made data, of which nothing is left
             return campaign, fit.state
 
-    def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
-        """Of a flight whose residuals are larger than all others', a hand's or a bad track's, the noise is larger, not the effects."""
-        return noise_scales(misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
-
-    def noise_of(self, sequence: TrajectoryTask) -> float:
-        """As it is in the sequence's standard deviations."""
-        return sequence.noise
-
     def misses(self, sequence: TrajectoryTask, mean_square: float) -> float:
         """Nothing but a fit shows their noise."""
         del sequence
@@ -130,15 +97,6 @@ class Trajectories:
         """With larger standard deviations."""
         return sequence.with_noise(noise)
 
-    def density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Density:
-        """Each sequence's noise integrated."""
-        of = campaign.sequences, equations
-        return density(equations, misfits(*of), freedoms(*of), far_off(*of))
-
-    def squares(self, equations: Sequence[SequenceEquations]) -> float:
-        """Of what random shifts of the rows' times do not explain."""
-        return sum(marginal_squares(each) for each in equations)
-
     def hollow(self, sequence: TrajectoryTask) -> float:
         """No outlines."""
         del sequence
@@ -147,11 +105,6 @@ class Trajectories:
     def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> tuple[TimeShifts, ...]:
         """From the residuals along the motion."""
         return (shifts_in_time(equations),)
-
-    def noise_ratio(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
-        """One: the noise is given, or estimated from the rows themselves."""
-        del campaign, equations
-        return 1.0
 
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
         """Effects on pictures, and those on what was not measured, do not apply."""

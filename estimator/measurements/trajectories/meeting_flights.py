@@ -18,18 +18,14 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
+from estimator.impacts.loose_contact import COORDINATES, spread_without
 from estimator.motion.reached import Reached
 from estimator.motion.rotation import rotation_from_vector, rotation_vector
 
 Array = NDArray[np.float64]
 STEPS = 12
 """Of time and spread in turn, until the time moves by less than a nanosecond."""
-LONGEST_SPREAD_S = 1.0
-"""Of a contact in time, above all that an impact lasts: an end of the search for a root."""
-LEFT = 5
-"""Coordinates of a miss that are left once the time is chosen."""
 
 
 class Measured(Protocol):
@@ -38,15 +34,12 @@ class Measured(Protocol):
     @property
     def ends_s(self) -> tuple[float, float]:
         """First and last time at which it was seen."""
-        ...
 
     def at(self, time_s: float) -> Reached:
         """The motion at a time, also beyond those."""
-        ...
 
     def change_at(self, time_s: float) -> Array:
         """Rate (6,) of v and omega at a time."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -119,13 +112,7 @@ def _solved(at: _Miss, P: Array, spread: float) -> tuple[float, float, Array, Ar
 
 def _spread(at: _Miss, P: Array) -> float:
     """The spread (s) at which what is left of the gap is as large as expected."""
-
-    def excess(spread: float) -> float:
-        return _chi_square(at, P, spread) - LEFT
-
-    if excess(0.0) <= 0.0 or excess(LONGEST_SPREAD_S) >= 0.0:
-        return 0.0 if excess(0.0) <= 0.0 else LONGEST_SPREAD_S
-    return float(brentq(excess, 0.0, LONGEST_SPREAD_S, xtol=1e-9))
+    return spread_without(lambda spread: _chi_square(at, P, spread) - COORDINATES)
 
 
 def _chi_square(at: _Miss, P: Array, spread: float) -> float:

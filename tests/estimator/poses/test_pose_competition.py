@@ -10,7 +10,8 @@ from estimator.data.views import Poses, Views
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.sphere import fibonacci_sphere
 from estimator.poses.pose_competition import compete, own_protrusion_px, protrusion_px, rms_limit_px
-from estimator.poses.pose_search import FoundPoses, rms_ete_px
+from estimator.poses.pose_refinement import pose_errors
+from estimator.poses.pose_search import FoundPoses
 from tests.estimator.exact import HSV, ellipsoid_outline, ellipsoid_views, exact_silhouettes, rig
 
 SEMI_AXES = np.array([3.0e-3, 2.0e-3, 1.5e-3])
@@ -35,7 +36,7 @@ def seen() -> Silhouettes:
 def found(seen: Silhouettes, views: Views, *rotations: NDArray[np.float64]) -> FoundPoses:
     n = len(rotations)
     poses = Poses(np.stack(rotations), np.repeat(PLACE[None], n, axis=0), np.arange(n, dtype=np.float64))
-    return FoundPoses(poses, rms_ete_px(seen.take([0] * n), poses, views))
+    return FoundPoses(poses, pose_errors(seen.take([0] * n), poses, views).rms_of_each_px)
 
 
 def test_protrusion_of_a_right_pose_is_nothing_and_of_a_turned_one_the_difference_of_the_axes(seen: Silhouettes, views: Views) -> None:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from estimator.data.views import Poses, Views
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.poses.pose_refinement import pose_errors, refine
-from estimator.poses.pose_search import SearchEffort, rms_ete_px, search_pose
+from estimator.poses.pose_search import SearchEffort, search_pose
 from estimator.poses.pose_starts import StartCatalogue, likely_starts, start_catalogue
 from synth.particles.family import procedural
 from synth.silhouette.exact_outline import exact_outline, outline_mesh
@@ -61,13 +61,13 @@ def test_reported_rms_is_that_of_the_pose(scenes: dict[str, Scene]) -> None:
     truth = world_poses(np.random.default_rng(9), 1)
     silhouette = seen(truth.R[0], truth.t[0])
     found = search_pose(silhouette, views, catalogue, EFFORT)
-    again = rms_ete_px(silhouette.take([0] * len(found.rms_px)), found.poses, views)
+    again = pose_errors(silhouette.take([0] * len(found.rms_px)), found.poses, views).rms_of_each_px
     np.testing.assert_array_equal(again, found.rms_px)
     errors = pose_errors(silhouette, found.poses.take(np.array([1])), views)
     mine = errors.error[0, errors.valid[0], :2]
     assert found.rms_px[1] == pytest.approx(np.sqrt(np.mean(mine**2)), rel=1e-12)
     assert found.rms_px[1] > 0.1
-    assert rms_ete_px(silhouette, Poses(truth.R, truth.t, np.zeros(1)), views)[0] < 1e-6
+    assert pose_errors(silhouette, Poses(truth.R, truth.t, np.zeros(1)), views).rms_of_each_px[0] < 1e-6
 
 
 def test_symmetric_and_antipodal_poses_are_reported_with_their_rms(scenes: dict[str, Scene]) -> None:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import ResidualMap, residual_maps
 from estimator.fitting.campaigns.campaign import CampaignFit, SequenceEquations
-from estimator.measurements.outlines.maps import outline_floor
 from estimator.measurements.silhouettes.map_axes import outline_axes
 from tests.estimator.measurements.outlines.sampled_campaign import fitted, registered
 from tumble.reports.map_words import sentence_of, title_of
@@ -130,6 +129,6 @@ def test_the_floor_needs_no_order_of_sightings() -> None:
         rows = rng.permutation(len(each.errors.e))
         sequences.append(replace(sequence, task=replace(sequence.task, sightings=sequence.task.sightings.take(rows))))
         equations.append(replace(each, errors=replace(each.errors, e=each.errors.e[rows], seen=each.errors.seen[rows])))
-    mixed = outline_floor(replace(campaign, sequences=tuple(sequences)), replace(fit, equations=tuple(equations)), np.random.default_rng(1))
+    mixed = noise_floor(replace(campaign, sequences=tuple(sequences)), replace(fit, equations=tuple(equations)), np.random.default_rng(1))
     assert mixed.repeated_px == pytest.approx(floor_of(fit).repeated_px, rel=1e-12)
     np.testing.assert_allclose(mixed.autocorrelation, floor_of(fit).autocorrelation, rtol=1e-9)
