@@ -22,6 +22,8 @@ from estimator.likelihood.alike_noise import parts, polynomials
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+SIDES = 40
+"""Changes of the sides of rows that are free: nearly all searches end within twenty. By judgement."""
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -183,19 +185,22 @@ def kept_rows(sequences: Sequence[Sequence[Path]], odds: float, least: float) ->
 def _spoiled(paths: Sequence[Path], least: float) -> tuple[_Mixture, list[Array]]:
     """The most probable mixture, and the probability (n,) of the rows of every sequence to be spoiled.
 
-    Paths go through rows that are rather not, the first time and wherever that is more probable: so every turn gains, and there is an end.
+    Paths go through rows that are rather not; it ends, too, where the sides of all rows are some that they were on before. Where noise has
+    heavy tails many rows are nearly off, and sides change for ever: after ``SIDES`` changes each has to be more probable.
     """
     ends = np.cumsum([len(path.r) for path in paths])[:-1]
     rows = Errors.joined([path.errors(path.core()) for path in paths])
     sigma = np.array([max(float(robust_sigma(t[s])), least) if s.any() else 1.0 for t, s in zip(rows.t.T, rows.seen.T, strict=True)])
     factor = max(float(np.max((rows.t / sigma) ** 2 * rows.spread)), 1.0)
-    mixture, before, side = _Mixture(sigma, 1.0 / len(rows.t), factor), np.zeros(len(rows.t)), b""
+    mixture, before, sides = _Mixture(sigma, 1.0 / len(rows.t), factor), np.zeros(len(rows.t)), [b""]
     while True:
         mixture, spoiled = mixture.improved(rows, least)
-        if np.abs(spoiled - before).sum() * len(before) < 1.0:
+        off, settled = spoiled > 0.5, np.abs(spoiled - before).sum() * len(before) < 1.0
+        if settled or off.tobytes() in sides[:-1]:
             return mixture, np.split(spoiled, ends)
-        off, before = spoiled > 0.5, spoiled
-        if off.tobytes() != side:
+        if off.tobytes() != sides[-1]:
             new = Errors.joined([path.errors(path.rows * ~each) for path, each in zip(paths, np.split(off, ends), strict=True)])
-            if not side or mixture.log_likelihood(new) > mixture.log_likelihood(rows):
-                rows, side = new, off.tobytes()
+            if len(sides) <= SIDES or mixture.log_likelihood(new) > mixture.log_likelihood(rows):
+                sides.append(off.tobytes())
+                rows = new
+        before = spoiled
