@@ -471,8 +471,7 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
         more = likely_more(explanation.diagnosis) if explanation.diagnosis.probability < 0.5 else NOTHING_MORE
     opening = f"{EXPLAINED if more == NOTHING_MORE else PART_EXPLAINED} {', '.join(sure)}." if sure else "Nothing is established."
     beside = f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
-    then = more if sure else more.replace("Then", "Beside that")
-    return Verdict("found", f"{opening}{beside} {then}", remarks, found)
+    return Verdict("found", f"{opening}{beside} {more}", remarks, found)
 
 
 def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdict:

@@ -12,6 +12,7 @@ from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.names import JOINED, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.choosing import catalogue
+from estimator.effects.empirical.families import EMPIRICAL
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.fitting.campaigns.considered import Considered, uncertain
@@ -114,7 +115,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     """Value and standard deviation of every parameter of every effect that was added; ``is_size``: not merely searched for."""
     rows = []
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
-        if effect.instrument:
+        if effect.instrument or effect.entry.key in EMPIRICAL:
             continue
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
         own = effect.entry.scope.own or len(groups) > 1

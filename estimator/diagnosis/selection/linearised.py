@@ -146,9 +146,10 @@ def _log_volume(fit: CampaignFit, equations: Sequence[SequenceEquations]) -> flo
     """
     volume = sum(each.half_log_det_of_flight for each in equations)
     for part in (X, V, OMEGA):
-        own = [flight.values[part] for flight, each in zip(fit.state.flights, equations, strict=True) if np.diag(each.H)[part].any()]
-        size = float(np.sum(np.square(own)))
-        volume += 0.5 * np.size(own) * float(np.log(size)) if size > 0.0 else 0.0
+        both = zip(fit.state.flights, equations, strict=True)
+        own = np.concatenate([np.zeros(0), *(flight.values[part][np.diag(each.H)[part] > 0.0] for flight, each in both)])
+        size = float(own @ own)
+        volume += 0.5 * len(own) * float(np.log(size)) if size > 0.0 else 0.0
     return volume
 
 

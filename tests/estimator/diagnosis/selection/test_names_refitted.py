@@ -57,11 +57,13 @@ def test_wind_alone_is_nothing(seed: int) -> None:
     assert trial.evidence.log_evidence((wind,)) == trial.evidence.log_evidence(())
 
 
-def test_fits_with_each_name_of_one_number_are_as_probable() -> None:
+@pytest.mark.parametrize("seen", [[0, 1, 2], [0, 2]], ids=["in space", "in a plane"])
+def test_fits_with_each_name_of_one_number_are_as_probable(seen: list[int]) -> None:
     """Flights are all longer or slower by a factor beside it: what is integrated over them has no unit. Gravity fits noise by two more."""
     rng = np.random.default_rng(6)
     made = [measured(f"toss_{i}", rng, Hidden(), Tracker(rows=20, orientation=False)) for i in range(30)]
-    registered = register_trajectories([replace(each, x_world=0.95 * each.x_world) for each in made])
+    unseen = np.where(np.isin(np.arange(3), seen), 1.0, np.nan)
+    registered = register_trajectories([replace(each, x_world=0.95 * each.x_world * unseen) for each in made])
     names, likely = catalogue(), []
     for key in ("length_scale", "frame_rate", "gravity"):
         at = looked_at(*fit_with(registered.campaign, registered.start, [names[key]]), {})
