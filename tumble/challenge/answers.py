@@ -12,7 +12,6 @@ from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.names import JOINED, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.choosing import catalogue
-from estimator.effects.empirical.families import EMPIRICAL
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.fitting.campaigns.considered import Considered, uncertain
@@ -34,6 +33,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
     errors = {"base": explained.rungs[0].before, "final": explained.held_out} if explained.rungs else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
     last = uncertain(campaign, best.fit, catalogue(campaign.cameras), possible_names(best, explained.groups))
+    in_place = set(explained.found) - set(best.fit.model.keys)  # told where something unknown is
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
@@ -56,7 +56,10 @@ def answer(explained: Explanation) -> dict[str, Any]:
         ],
         "tests": [_test(test) for test in first],
         "information": {key: matrix.tolist() for key, matrix in all_information(begun.campaign, begun.fit, first).items()},
-        "parameters": parameters(campaign, best.fit, last.of_values),
+        "parameters": [
+            *(row for row in parameters(campaign, best.fit, last.of_values) if row["effect"] in explained.found),
+            *(row for row in parameters(explained.campaign, explained.fit, explained.covariance) if row["effect"] in in_place),
+        ],
         "axes": {
             name: flight.body.R_particle_body.tolist() for name, flight in zip(campaign.recordings, best.fit.state.flights, strict=True)
         },
@@ -115,7 +118,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     """Value and standard deviation of every parameter of every effect that was added; ``is_size``: not merely searched for."""
     rows = []
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
-        if effect.instrument or effect.entry.key in EMPIRICAL:
+        if effect.instrument:
             continue
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
         own = effect.entry.scope.own or len(groups) > 1
