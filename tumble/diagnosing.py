@@ -29,7 +29,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Uncertain, uncertain
 from estimator.fitting.campaigns.impacts import impacts
 from estimator.geometry.robust_scale import robust_sigma
-from estimator.reports.campaign_reporting import campaign_estimates, effect_values, owner_name, settled_fit
+from estimator.reports.campaign_reporting import EffectValue, campaign_estimates, effect_values, owner_name, settled_fit
 from tumble.campaigning import Known, Prepared, contact_words, prepare
 from tumble.commands import command
 from tumble.diagnosis_documents import (
@@ -301,7 +301,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     of_found = (*of_found, VALUES_BESIDE) if best is not explanation.last and explanation.found else of_found
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
-    odd = unbelieved(effect_values(registered, of.fit, of.at.plain))
+    in_place = _in_place(explanation, campaign)
+    shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)
+    odd = unbelieved([*shown, *in_place])
     rest = unknown_entry(explanation.campaign, explanation.fit, None if odd else explanation.left, names, told=told)
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
@@ -311,7 +313,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
-    content = _content("explain", question, campaign, of)
+    content = _content("explain", question, campaign, of, in_place)
     return {
         **content,
         "names": name_entries(groups),
@@ -379,8 +381,14 @@ def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
     return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)
 
 
-def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -> Document:
-    """What every verb says."""
+def _in_place(explanation: Explanation, campaign: Prepared) -> tuple[EffectValue, ...]:
+    """Values of what is told in the place of something unknown, by the fit without that."""
+    values = effect_values(campaign.at(explanation.campaign).registered, explanation.fit, explanation.covariance)
+    return tuple(value for value in values if value.effect in explanation.in_place)
+
+
+def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, in_place: Sequence[EffectValue] = ()) -> Document:
+    """What every verb says; ``in_place``: values of what its model lacks."""
     fit, at = of.fit, of.at
     return {
         "verb": verb,
@@ -394,7 +402,7 @@ def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -
         "model": keys_of(fit),
         "settled": fit.settled,
         "rms_ete_px": rms_px(fit),
-        "values": value_entries(effect_values(campaign.registered, fit, of.of_values)),
+        "values": value_entries((*effect_values(campaign.registered, fit, of.of_values), *in_place)),
         "facts": fact_entries(campaign.registered.campaign, fit),
         "limits": limits_entry(impacts(campaign.registered.campaign, fit, at)),
         "names": [],

@@ -102,6 +102,11 @@ class Explanation:
         return tuple(step.added for step in self.steps)
 
     @property
+    def in_place(self) -> tuple[str, ...]:
+        """Keys of what was found that the most probable set lacks: something unknown has its place there."""
+        return tuple(key for key in self.found if key not in self.path[-1].keys)
+
+    @property
     def noise(self) -> tuple[str, ...]:
         """Keys of the last model's effects that are noise of what was measured."""
         return tuple(self.last.trial.evidence.of.keys[e] for e in sorted(self.last.trial.noise))

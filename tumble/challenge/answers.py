@@ -33,7 +33,6 @@ def answer(explained: Explanation) -> dict[str, Any]:
     errors = {"base": explained.rungs[0].before, "final": explained.held_out} if explained.rungs else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
     last = uncertain(campaign, best.fit, catalogue(campaign.cameras), possible_names(best, explained.groups))
-    in_place = set(explained.found) - set(best.fit.model.keys)  # told where something unknown is
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
@@ -58,7 +57,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
         "information": {key: matrix.tolist() for key, matrix in all_information(begun.campaign, begun.fit, first).items()},
         "parameters": [
             *(row for row in parameters(campaign, best.fit, last.of_values) if row["effect"] in explained.found),
-            *(row for row in parameters(explained.campaign, explained.fit, explained.covariance) if row["effect"] in in_place),
+            *(row for row in parameters(explained.campaign, explained.fit, explained.covariance) if row["effect"] in explained.in_place),
         ],
         "axes": {
             name: flight.body.R_particle_body.tolist() for name, flight in zip(campaign.recordings, best.fit.state.flights, strict=True)

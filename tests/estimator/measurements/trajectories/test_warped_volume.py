@@ -83,6 +83,8 @@ def test_a_twisted_volume_is_told_as_the_trackers_and_not_called_drag() -> None:
 
 def test_what_the_warp_has_in_every_toss_stays_in_the_model_as_the_tosses_own() -> None:
     assert "uniform_acceleration" in explained(TWIST, 0.0).found
+    assert explained(TWIST, 0.0).in_place == ("uniform_acceleration",)
+    assert explained(0.0, DRAG).in_place == ()
 
 
 def test_what_is_told_as_unknown_is_no_second_name_of_what_is_told_beside_it() -> None:
