@@ -278,7 +278,7 @@ def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Do
 
 
 def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, judged: JudgeContact | None = None) -> Document:
-    """The whole loop; also writes the estimates of the last model, by which the contact of drops is ``judged``."""
+    """The whole loop; also writes the estimates of the most probable set, by which the contact of drops is ``judged``."""
     names = campaign.names
     explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates(campaign), told=told)
     best, last = explanation.path[-1], explanation.diagnosis
@@ -297,8 +297,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     steps, apart = _step_entries(explanation, campaign)
     of_contact = () if contact is None else (contact.sentence,)
     axes = axes_words(campaign.observations, explanation.found)
-    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *beside_words(left_out(best, explanation.fit.model.keys)))
-    of_found = (*of_found, VALUES_BESIDE) if best is not explanation.last and explanation.found else of_found
+    unnamed = beside_words(left_out(best, explanation.fit.model.keys))
+    beside = (VALUES_BESIDE,) if best is not explanation.last and explanation.found else ()
+    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *unnamed, *beside)
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     in_place = _in_place(explanation, campaign)

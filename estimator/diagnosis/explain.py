@@ -176,10 +176,10 @@ def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> 
     one of them only where it is not told as missing beside them: its place is known then.
     """
     begun, last = path[0], path[-1]
-    of = {key: best if key in best.keys else last for key in last.keys}
-    places = {key: (at, at.trial.evidence.of.keys.index(key)) for key, at in of.items()}
+    judged = {key: best if key in best.keys else last for key in last.keys}
+    places = {key: (at, at.trial.evidence.of.keys.index(key)) for key, at in judged.items()}
     keys = [key for key, (at, e) in places.items() if e not in at.trial.noise]
-    worth = {key: _worth(at, e) for key, (at, e) in places.items()}
+    worth = {key: _lost_without(*places[key]) for key in keys}
     first = {key: next(i for i, at in enumerate(path) if key in at.keys) for key in keys}
     tests = {t.effect.entry.key: t for t in tests_beside(begun.trial.evidence.of)}
     before = held_out(last.campaign, begun.fit.state, begun.fit.model) if keys else None
@@ -198,7 +198,7 @@ def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> 
     return tuple(found)
 
 
-def _worth(at: At, effect: int) -> float:
+def _lost_without(at: At, effect: int) -> float:
     """Log posterior probability (nats) that a set loses without an effect."""
     return at.value - at.trial.log_posterior(tuple(m for m in at.members if m != effect))
 

@@ -111,7 +111,7 @@ def _left(left: Result) -> str:
         ", which is what differs from toss to toss: their accelerations go with their velocities" if left["stage"] == "tracking" else ""
     )
     return (
-        f"Something unknown is missing at the stage of {left['stage']} (p {_p(left['p'])}){beside}. No fit that is told has it in it; what "
+        f"Something unknown is missing at the stage of {left['stage']} (p {_p(left['p'])}){beside}. No fit of these has it in it; what "
         "it is, is in [real trajectories](real_trajectories.md#tosses-of-a-cube)."
     )
 

@@ -32,7 +32,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
     campaign = best.campaign
     errors = {"base": explained.rungs[0].before, "final": explained.held_out} if explained.rungs else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
-    last = uncertain(campaign, best.fit, catalogue(campaign.cameras), possible_names(best, explained.groups))
+    of = uncertain(campaign, best.fit, catalogue(campaign.cameras), possible_names(best, explained.groups))
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
@@ -56,18 +56,18 @@ def answer(explained: Explanation) -> dict[str, Any]:
         "tests": [_test(test) for test in first],
         "information": {key: matrix.tolist() for key, matrix in all_information(begun.campaign, begun.fit, first).items()},
         "parameters": [
-            *(row for row in parameters(campaign, best.fit, last.of_values) if row["effect"] in explained.found),
+            *(row for row in parameters(campaign, best.fit, of.of_values) if row["effect"] in explained.found),
             *(row for row in parameters(explained.campaign, explained.fit, explained.covariance) if row["effect"] in explained.in_place),
         ],
         "axes": {
             name: flight.body.R_particle_body.tolist() for name, flight in zip(campaign.recordings, best.fit.state.flights, strict=True)
         },
-        "impacts": impacts(campaign, best.fit, last.at),
+        "impacts": impacts(campaign, best.fit, of.at),
         "velocities": {
             "base": velocities(
                 begun.campaign, begun.fit, uncertain(begun.campaign, begun.fit, catalogue(begun.campaign.cameras)).at.fitted
             ),
-            "final": velocities(campaign, best.fit, last.at.fitted),
+            "final": velocities(campaign, best.fit, of.at.fitted),
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},
     }

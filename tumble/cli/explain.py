@@ -14,7 +14,7 @@ def parser() -> argparse.ArgumentParser:
     verb = campaign_parser(
         "explain",
         description="Find the most probable set of effects: evidence decides, and every effect stays on trial until the end. Writes\n"
-        "diagnosis.json, report.html, campaign.json and an estimate per sequence under the last model.",
+        "diagnosis.json, report.html, campaign.json and an estimate per sequence under the most probable model.",
         example="tumble explain out/dataset --out out/explain",
         effects="not for this verb: it begins with free flight and chooses effects itself",
     )

@@ -1,7 +1,7 @@
 """One number with several names: what it is under each, and what its other names leave open of everything fitted.
 
 A group of an effect that was found and of what may stand in its place has a value under every name (:mod:`.groups`), beside all that the
-most probable set has besides: what is unknown, and what is not established, would be in the values without.
+set has in which it is judged: what is unknown, and what is not established, would be in the values without.
 
 As long as nothing settles the group, the model with the first name may be wrong: with the probability ``w`` of another name, its share of
 the group's, the other effect has the value that it has in the set with it in the first one's place. About none, where the fit has it, its
@@ -77,25 +77,25 @@ def under_names(at: At, group: Sequence[Name]) -> tuple[UnderName, ...]:
     return tuple(_under(fit, there, share) for (fit, there), share in zip(stand, shares, strict=True))
 
 
-def _fitted(told: At, name: Name) -> tuple[At, Name]:
-    """A fit with a name in the first one's place, and the name there; what is told where that has the name, or flights run away."""
-    of = {effect.entry.key: effect.held_by(None) for effect in told.trial.evidence.of.effects[: len(told.members)]}
-    fit = None if name.members == told.members else moved(told, name.members, of, unknown=True)
+def _fitted(at: At, name: Name) -> tuple[At, Name]:
+    """A fit with a name in the first one's place, and the name there; where the group is if that has the name, or flights run away."""
+    of = {effect.entry.key: effect.held_by(None) for effect in at.trial.evidence.of.effects[: len(at.members)]}
+    fit = None if name.members == at.members else moved(at, name.members, of, unknown=True)
     if fit is None:
-        return told, name
+        return at, name
     return fit, replace(name, effects=tuple(map(name.members.index, name.effects)), members=fit.members)
 
 
-def _refuted(told: At, fit: At) -> bool:
-    """Whether a fit with another name loses to what is told, or to that in its place there, likelihood and evidence alike.
+def _refuted(at: At, fit: At) -> bool:
+    """Whether a fit with another name loses to the one with the first, or to that in its place there, likelihood and evidence alike.
 
-    A name stands for an effect in the linear neighbourhood of the model that is told; how far that reaches only a fit says. Two fits are
-    compared where the likelihood is one of the rows, not of scores, which differ with what is on trial.
+    A name stands for an effect in the linear neighbourhood of that fit; how far that reaches only a fit says. Two fits are compared where
+    the likelihood is one of the rows, not of scores, which differ with what is on trial.
     """
     of = fit.trial.evidence.of
-    if fit is told or not set(told.keys) <= set(of.keys):
+    if fit is at or not set(at.keys) <= set(of.keys):
         return False
-    others = [_worth(fit, tuple(sorted(map(of.keys.index, told.keys)))), *([_worth(told, told.members)] if of.count is None else [])]
+    others = [_worth(fit, tuple(sorted(map(of.keys.index, at.keys)))), *([_worth(at, at.members)] if of.count is None else [])]
     return any(bool(np.all(other - _worth(fit, fit.members) > np.log(FACTOR))) for other in others)
 
 
