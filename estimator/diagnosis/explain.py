@@ -188,8 +188,8 @@ def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> 
         at, e = places[key]
         fit = _with(last, (*(step.added for step in found), key))
         after = held_out(last.campaign, fit.state, fit.model)
+        stated = (at.posterior.probability(e), sureness(at.trial, at.members, e))  # first: names are among the sets that are searched
         group = tuple(n for n in group_of(at.trial, at.members, e) if with_families or not set(n.effects) & at.trial.families)
-        stated = (at.posterior.probability(e), sureness(at.trial, at.members, e))
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
         found.append(Step(key, under_names(at, group), *stated, worth[key], min(p, 1.0), before, after, fit))
