@@ -219,7 +219,7 @@ _ENTRIES = (
         "gravity",
         Stage.DYNAMICS,
         Scope.CAMPAIGN,
-        _xyz("dg", "m/s2", 1.0, 1e-3, "true minus stated gravity, world frame"),
+        _xyz("dg", "m/s2", 0.5, 1e-3, "true minus stated gravity, world frame"),
         "dv/dt = g_stated + dg: size or direction of gravity in the camera's frame is wrong",
         "A camera tilted by 1 degree turns gravity by 0.17 m/s2",
     ),

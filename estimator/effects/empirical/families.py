@@ -16,6 +16,7 @@ from scipy.special import sph_harm_y
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Scope, Stage
 from estimator.effects.link import Array, EffectModel, Moment, Places, Setting
+from estimator.motion.rigid_body import cross_product
 
 REFERENCE = "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy as a smooth function"
 LARGEST = {"smooth_time_shift": 5e-4, "image_warp": 5.0, "zoom_in_time": 0.1, "body_outline": 1.0, "volume_warp": 0.1}
@@ -226,7 +227,7 @@ class VolumeWarp(EffectModel):
         u = (x - setting.middle_world) / setting.reach_m
         products = np.hstack([u**2, u[:, [0, 0, 1]] * u[:, [1, 2, 2]]])
         curved = products @ theta[:18].reshape(3, 6).T
-        turned = theta[18] * u + np.cross(theta[19:], u)
+        turned = theta[18] * u + cross_product(np.broadcast_to(theta[19:], u.shape), u)
         return np.asarray(x + setting.reach_m * (curved + np.sum(u**2, axis=1, keepdims=True) * turned))
 
 
