@@ -4,7 +4,7 @@ Parameters of all effects lie side by side in one array ``theta`` in the order o
 (clock, optics) or the sum (forces, body, shifts) of what the effects do to it.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -21,6 +21,8 @@ from estimator.motion.flight import LAYOUT
 from estimator.motion.rigid_body import Rate, States, rotation_matrices
 
 Array = NDArray[np.float64]
+Act = Callable[[Array, Moment, Setting], Array | None]
+"""A force or torque (m, 3) of an effect with parameters (m, q), ``None`` where it has none."""
 
 
 @dataclass(frozen=True)
@@ -212,9 +214,9 @@ class ModelForces:
 
     def acceleration(self, time_s: float, state: States, omega: Array) -> Array:
         """Sum of the effects' accelerations (m, 3): of those that lift first, since drag may go with it."""
-        moment, acting = self._moment(time_s, state, omega), self._acting["acceleration"]
-        lift = self._sum("acceleration", moment, [pair for pair in acting if pair[0].lifts])
-        others = self._sum("acceleration", replace(moment, lift=lift), [pair for pair in acting if not pair[0].lifts])
+        moment = self._moment(time_s, state, omega)
+        lift = self._sum("lift", moment)
+        others = self._sum("acceleration", moment if lift is None else replace(moment, lift=lift))
         parts = [part for part in (lift, others) if part is not None]
         return sum(parts[1:], start=parts[0]) if parts else np.zeros(moment.x.shape)
 
@@ -235,7 +237,7 @@ class ModelForces:
         return all(e.constant and holds_of(e, "constant", *forces) for e, _ in self.model.touching(*forces))
 
     def _torque(self, time_s: float, state: States, omega: Array) -> Array:
-        torque = self._sum("torque", self._moment(time_s, state, omega), self._acting["torque"])
+        torque = self._sum("torque", self._moment(time_s, state, omega))
         return np.zeros(state.x.shape) if torque is None else torque
 
     def _moment(self, time_s: float, state: States, omega: Array) -> Moment:
@@ -248,13 +250,21 @@ class ModelForces:
         moving = [wind for wind in winds if wind is not None]
         return np.asarray(sum(moving)) if moving else None
 
-    def _sum(self, link: str, moment: Moment, acting: list[tuple[EffectModel, Array]]) -> Array | None:
-        """What effects with their parameters (m, q) do together (m, 3); ``None``: nothing."""
-        values = (getattr(effect, link)(theta, moment, self.setting) for effect, theta in acting)
-        done = [value for value in values if value is not None]
-        return np.asarray(sum(done[1:], start=done[0]), dtype=np.float64) if done else None
+    def _sum(self, kind: str, moment: Moment) -> Array | None:
+        """What effects of a kind do together (m, 3); ``None``: nothing."""
+        total = None
+        for act, theta in self._acting[kind]:
+            value = act(theta, moment, self.setting)
+            if value is not None:
+                total = value if total is None else total + value
+        return None if total is None else np.asarray(total, dtype=np.float64)
 
     @cached_property
-    def _acting(self) -> dict[str, list[tuple[EffectModel, Array]]]:
-        """By link, the effects with their parameters (m, q)."""
-        return {link: [(e, self.theta[:, part]) for e, part in self.model.touching(link)] for link in ("acceleration", "torque")}
+    def _acting(self) -> dict[str, list[tuple[Act, Array]]]:
+        """What effects do, with their parameters (m, q): lifts apart from other accelerations."""
+        acting: dict[str, list[tuple[Act, Array]]] = {"lift": [], "acceleration": [], "torque": []}
+        for link in ("acceleration", "torque"):
+            for effect, part in self.model.touching(link):
+                kind = "lift" if link == "acceleration" and effect.lifts else link
+                acting[kind].append((getattr(effect, link), self.theta[:, part]))
+        return acting

@@ -52,7 +52,8 @@ class Effort:
     """How far a descent goes.
 
     ``steps``: after which one ends that no longer falls fast (:data:`FALLING`); one that does ends after ``falling``.
-    ``dampings``: tried in turn where no share of a step lowers the cost.
+    ``dampings``: tried in turn where a whole step raises the cost, in place of shares of it; the next step begins at the one before that
+    which served [Marquardt, J. SIAM 11 (1963) 431].
     """
 
     steps: int = MOST_STEPS
@@ -84,15 +85,16 @@ def descended(problem: Costed[S, T], start: S, effort: Effort = USUAL) -> Descen
     if begun is None:
         raise RanAway("nothing is seen of the flights that a fit starts from")
     now = least = Descended(start, begun(), False)
-    mark, in_vain, falls = now.system.cost, 0, False
+    mark, in_vain, falls, damping = now.system.cost, 0, False, 0
     for count in range(max(effort.steps, effort.falling)):
         if count >= effort.steps and not falls:
             break
         before, solution = now.system.cost, now.system.solved()
-        lower = _lower(problem, now, solution, effort.dampings)
+        lower = _lower(problem, now, _steps(now.system, solution, effort.dampings, damping))
         if lower is None:
             break
-        now, cost = lower, lower.system.cost
+        (now, tried), cost = lower, lower[0].system.cost
+        damping = max(damping + tried - 1, 0)
         still = solution.size < SETTLED or (solution.size < STILL and abs(before - cost) < max(STILL_COST, STILL_SHARE * before))
         if still and now.settled:
             return now
@@ -104,21 +106,24 @@ def descended(problem: Costed[S, T], start: S, effort: Effort = USUAL) -> Descen
     return Descended(least.state, least.system, False)
 
 
-def _lower(problem: Costed[S, T], at: Descended[S, T], solution: Solution, dampings: Sequence[float]) -> Descended[S, T] | None:
-    """After the first of ever shorter steps, then of ever more damped ones, that does not raise the cost; a damped one does not settle."""
+def _lower(problem: Costed[S, T], at: Descended[S, T], steps: Iterator[tuple[Array, bool]]) -> tuple[Descended[S, T], int] | None:
+    """After the first of ``steps`` that does not raise the cost, and its number; one that is not whole does not settle."""
     most = at.system.cost * (1.0 + STILL_SHARE)
-    for step, settles in _steps(at.system, solution, dampings):
+    for number, (step, settles) in enumerate(steps):
         state = problem.moved(at.state, step)
         try:
             linearised = problem.tried(state, most)
         except RanAway:
             continue
         if linearised is not None:
-            return Descended(state, linearised(), settles)
+            return Descended(state, linearised(), settles), number
     return None
 
 
-def _steps(system: System[T], solution: Solution, dampings: Sequence[float]) -> Iterator[tuple[Array, bool]]:
-    """Steps (p,), and whether they are not damped."""
-    yield from ((share * solution.step, True) for share in accumulate(repeat(SHORTER, HALVINGS - 1), mul, initial=1.0))
-    yield from ((system.solved(damping).step, False) for damping in dampings)
+def _steps(system: System[T], solution: Solution, dampings: Sequence[float], first: int) -> Iterator[tuple[Array, bool]]:
+    """Steps (p,), and whether they are not damped: ever shorter ones, or from the ``first`` on the whole one and ever more damped ones."""
+    if not dampings:
+        yield from ((share * solution.step, True) for share in accumulate(repeat(SHORTER, HALVINGS - 1), mul, initial=1.0))
+    elif not first:
+        yield solution.step, True
+    yield from ((system.solved(damping).step, False) for damping in dampings[max(first - 1, 0) :])
