@@ -221,7 +221,7 @@ _ENTRIES = (
         Scope.CAMPAIGN,
         _xyz("dg", "m/s2", 0.5, 1e-3, "true minus stated gravity, world frame"),
         "dv/dt = g_stated + dg: size or direction of gravity in the camera's frame is wrong",
-        "A camera tilted by 1 degree turns gravity by 0.17 m/s2",
+        "A camera that is not level by 3 degrees turns gravity by 0.5 m/s2; over the Earth its size differs by 0.05 m/s2",
     ),
     EffectEntry(
         "uniform_acceleration",

@@ -1,6 +1,9 @@
 """Gravity of another size or direction than stated: a camera that is not level, or a wrong constant.
 
 ``dv/dt = g_stated + dg`` [Goldstein 1980, ch. 1]. Valid where gravity is uniform.
+
+Half a metre per second squared is plausible: a camera that is level to three degrees. Its size is 9.78 to 9.83 m/s² at sea level
+[Moritz, J. Geod. 74 (2000) 128]; more than that, but within the range, a wrong length or clock may say.
 """
 
 from datasets.vocabulary.effects import EFFECTS
