@@ -17,15 +17,15 @@ def models_told(explanation: Explanation) -> tuple[str, ...]:
     if best is last:
         return ()
     what, judged = ("Values, v", "Noise floor, maps, tests and ladder") if explanation.found else ("v", "Noise floor, maps and tests")
-    beside = f"{what} and ω are those beside what is unknown, of the model with {', '.join(model_words(keys_of(best.fit)))}."
-    without = f"{judged} are of the model without it: {', '.join(model_words(keys_of(last.fit)))}."
+    beside = f"{what} and ω are those beside what is unknown, of this model: {', '.join(model_words(keys_of(best.fit)))}."
+    without = f"{judged} are of the model without what is unknown: {', '.join(model_words(keys_of(last.fit)))}."
     return (" ".join([beside, without, *_in_place_words(explanation)]),)
 
 
 def _in_place_words(explanation: Explanation) -> list[str]:
     """That some values are of the model without what is unknown."""
     names = ", ".join(map(names_in_words, explanation.in_place))
-    return [f"So are the values of {names}, whose place it has in the first."] if names else []
+    return [f"So are the values of {names}: in the first model something unknown has that place."] if names else []
 
 
 def in_place_values(explanation: Explanation, campaign: Prepared) -> tuple[EffectValue, ...]:
