@@ -52,8 +52,9 @@ from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import advised
 from tumble.reports.verdict import Verdict, far_off, likely_more, percent, verdict_of
-from tumble.reports.words import rms_word
+from tumble.reports.words import model_words, rms_word
 from tumble.result_files import estimate_path
+from tumble.told_models import in_place_values, models_told
 from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, spoiled_words, unknown_entry, with_unknown
 from tumble.versions import versions
@@ -69,7 +70,6 @@ FAR = 4.0
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
 NOTHING_MORE = "Then nothing more is missing."
-VALUES_BESIDE = "Values, v and ω are those beside what is unknown; a ladder without it gives others."
 EXPLAINED, PART_EXPLAINED = "The campaign is explained with", "Part of what the campaign shows is explained with"
 STAND_IN = "a name may stand in for something that the catalogue lacks."
 
@@ -126,8 +126,13 @@ def fitted(campaign: Prepared, effects: Sequence[EffectModel]) -> tuple[Prepared
     return at, settled_fit(at.registered, fit)
 
 
-def estimated(question: Question, campaign: Prepared, out: Path, *, of: Uncertain | None = None) -> Document:
-    """Fit with the question's effects (or take ``of``), write an estimate per sequence and ``campaign.json``; its content."""
+def estimated(
+    question: Question, campaign: Prepared, out: Path, *, of: Uncertain | None = None, in_place: Sequence[EffectValue] = ()
+) -> Document:
+    """Fit with the question's effects (or take ``of``), write an estimate per sequence and ``campaign.json``; its content.
+
+    ``in_place``: values of what was found and the fit lacks, since something unknown has its place.
+    """
     if of is None:
         campaign, fit = fitted(campaign, question.effects)
         of = uncertain(campaign.registered.campaign, fit, question.candidates(campaign))
@@ -138,6 +143,7 @@ def estimated(question: Question, campaign: Prepared, out: Path, *, of: Uncertai
     values = effect_values(campaign.registered, fit, of.of_values)
     content = {
         **campaign_content(campaign.registered.campaign, fit, at.fitted, values),
+        "values_in_place": value_entries(in_place),
         "facts": fact_entries(campaign.registered.campaign, fit),
         "limits": limits_entry(impacts(campaign.registered.campaign, fit, at)),
         "source": str(question.source.resolve()),
@@ -287,7 +293,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     possible = possible_names(best, explanation.groups)
     of = uncertain(registered.campaign, settled_fit(registered, best.fit), question.candidates(campaign), possible)
     groups = tuple(widened(group, of) for group in explanation.groups)
-    written = estimated(question, campaign, out, of=of)
+    in_place = in_place_values(explanation, campaign)
+    written = estimated(question, campaign, out, of=of, in_place=in_place)
     named = [each.key for group in groups for each in group]
     begun = diagnosis_at(explanation.begun)
     seen = {finding.key for finding in begun.findings} - set(blind_to(begun))
@@ -298,11 +305,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     of_contact = () if contact is None else (contact.sentence,)
     axes = axes_words(campaign.observations, explanation.found)
     unnamed = beside_words(left_out(best, explanation.fit.model.keys))
-    beside = (VALUES_BESIDE,) if best is not explanation.last and explanation.found else ()
-    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *unnamed, *beside)
+    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *unnamed, *models_told(explanation))
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
-    in_place = _in_place(explanation, campaign)
     shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)
     odd = unbelieved([*shown, *in_place])
     rest = unknown_entry(explanation.campaign, explanation.fit, None if odd else explanation.left, names, told=told)
@@ -314,9 +319,11 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
-    content = _content("explain", question, campaign, of, in_place)
+    content = _content("explain", question, campaign, of)
     return {
         **content,
+        "model_of_residuals": keys_of(explanation.fit),
+        "values_in_place": value_entries(in_place),
         "names": name_entries(groups),
         "noise_floor": noise_floor_entry(floor, explanation.campaign, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(explanation.campaign, explanation.fit)],
@@ -382,14 +389,8 @@ def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
     return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)
 
 
-def _in_place(explanation: Explanation, campaign: Prepared) -> tuple[EffectValue, ...]:
-    """Values of what is told in the place of something unknown, by the fit without that."""
-    values = effect_values(campaign.at(explanation.campaign).registered, explanation.fit, explanation.covariance)
-    return tuple(value for value in values if value.effect in explanation.in_place)
-
-
-def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, in_place: Sequence[EffectValue] = ()) -> Document:
-    """What every verb says; ``in_place``: values of what its model lacks."""
+def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -> Document:
+    """What every verb says."""
     fit, at = of.fit, of.at
     return {
         "verb": verb,
@@ -401,9 +402,11 @@ def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, i
         "contact": None,
         "left_out": campaign.left_out,
         "model": keys_of(fit),
+        "model_of_residuals": keys_of(fit),
         "settled": fit.settled,
         "rms_ete_px": rms_px(fit),
-        "values": value_entries((*effect_values(campaign.registered, fit, of.of_values), *in_place)),
+        "values": value_entries(effect_values(campaign.registered, fit, of.of_values)),
+        "values_in_place": [],
         "facts": fact_entries(campaign.registered.campaign, fit),
         "limits": limits_entry(impacts(campaign.registered.campaign, fit, at)),
         "names": [],
@@ -487,6 +490,6 @@ def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdi
     """The verdict, and that no velocity is measured where the last fit did not settle."""
     if settled:
         return verdict
-    names = ", ".join(map(in_words, explanation.found)) or "free flight"
+    names = ", ".join(model_words(keys_of(explanation.path[-1].fit)))
     sentence = f"{verdict.sentence} The fit with {names} did not settle: its velocities are not reported."
     return replace(verdict, sentence=sentence)

@@ -12,7 +12,6 @@ from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.separation import Expected, Separation
-from estimator.effects.empirical.families import EMPIRICAL
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
@@ -28,8 +27,8 @@ Entry = dict[str, Any]
 
 
 def keys_of(fit: CampaignFit) -> list[str]:
-    """The effects of a fit, without what belongs to the instrument or stands for something unknown."""
-    return [e.entry.key for e in fit.model.effects if not e.instrument and e.entry.key not in EMPIRICAL]
+    """The effects of a fit, what stands for something unknown among them, without what belongs to the instrument."""
+    return [e.entry.key for e in fit.model.effects if not e.instrument]
 
 
 def rms_px(fit: CampaignFit) -> float:

@@ -25,7 +25,8 @@ from estimator.effects.model import overrides
 from estimator.effects.plug_ins import LINKS
 from tumble.commands import command
 from tumble.numbers import compact
-from tumble.unknowns import FAMILY_WORDS, law_words
+from tumble.reports.words import FAMILY_WORDS
+from tumble.unknowns import law_words
 
 
 @dataclass(frozen=True)

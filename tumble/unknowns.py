@@ -28,22 +28,9 @@ from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
 from tumble.numbers import compact
 from tumble.reports.verdict import Verdict, percent
-from tumble.reports.words import rms_word
+from tumble.reports.words import FAMILY_WORDS, rms_word
 
 PLUG_IN, CLASS = "my_law.py", "MyLaw"
-FAMILY_WORDS = {
-    "smooth_force": "a force",
-    "smooth_torque": "a torque",
-    "body_thrust": "a force and a torque that are fixed to the body",
-    "force_field": "a force that depends on the place in the room",
-    "force_curve": "a force over time",
-    "torque_curve": "a torque over time",
-    "smooth_time_shift": "time stamps that go wrong smoothly",
-    "image_warp": "a warp of the picture",
-    "volume_warp": "a warp of the volume that positions are measured in",
-    "zoom_in_time": "a magnification that changes with time",
-    "body_outline": "an outline offset that is fixed to the body",
-}
 NO_LAW = (
     "No law of velocity, spin, place, body axes and time predicts what was not fitted better than the model without it: the curves in the "
     "report are what is known of it."

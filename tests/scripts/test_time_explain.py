@@ -30,8 +30,8 @@ def test_the_slowest_of_all_are_timed_with_every_number_of_processes(
         out, jobs = Path(words[words.index("--out") + 1]), words[words.index("--jobs") + 1]
         asked.append((words[3:5], jobs))
         out.mkdir(parents=True)
-        model = ["gravity"] if jobs == "1" else ["linear_drag"]
-        (out / "diagnosis.json").write_text(json.dumps({"model": model}))
+        found = "gravity" if jobs == "1" else "linear_drag"
+        (out / "diagnosis.json").write_text(json.dumps({"model": [], "steps": [{"added": found}]}))
 
     monkeypatch.setattr(time_explain, "subprocess", SimpleNamespace(run=run))
     result = tmp_path / "times.json"

@@ -36,6 +36,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
+        "model": keys_told(explained),
         "probability": probabilities(explained),
         **unexplained(explained),
         "steps": [
@@ -71,6 +72,13 @@ def answer(explained: Explanation) -> dict[str, Any]:
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},
     }
+
+
+def keys_told(explained: Explanation) -> list[str]:
+    """Keys of the model that velocities are of, without noise: what is unknown is in it, what is told in its place is not."""
+    best = explained.path[-1]
+    keys = best.trial.evidence.of.keys
+    return [keys[e] for e in best.members if e not in best.trial.noise]
 
 
 def _group(step: Step) -> list[str]:
@@ -181,6 +189,7 @@ def no_answer(reasons: Sequence[str]) -> dict[str, Any]:
     """The answer to a campaign of which nothing could be measured."""
     return {
         "found": [],
+        "model": [],
         "unknown": False,
         "stage": "",
         "steps": [],

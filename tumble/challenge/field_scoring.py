@@ -18,7 +18,7 @@ from tumble.challenge.answers import UNKNOWN, no_answer
 from tumble.challenge.cases import case_folder
 from tumble.challenge.field_case import FieldCase
 from tumble.challenge.field_files import true_state
-from tumble.challenge.scoring import NO_ANSWER, named_steps, read_answer
+from tumble.challenge.scoring import NO_ANSWER, model_keys, named_steps, read_answer
 from tumble.output_directory import UNFINISHED
 from tumble.written_files import read_run
 
@@ -171,8 +171,11 @@ def axes_apart(case: FieldCase, answer: Answer) -> Array:
 
 
 def velocity_rows(case: FieldCase, root: Path, answer: Answer) -> Rows:
-    """Error of v (m/s) and omega (rad/s) of every flight, with its chi-squared of 3 by the stated covariance, where they are measured."""
-    rate = case.values(0).get("frame_rate", {}).get("relative", 0.0) if "frame_rate" in answer["found"] else 0.0
+    """Error of v (m/s) and omega (rad/s) of every flight, with its chi-squared of 3 by the stated covariance, where they are measured.
+
+    A model that has the frame rate is asked at true times. Empirical shifts of stamps leave a rate as it is.
+    """
+    rate = case.values(0).get("frame_rate", {}).get("relative", 0.0) if "frame_rate" in model_keys(answer) else 0.0
     parts = [("v", slice(0, 3))] if case.measured != "gyroscope" else []
     parts += [("omega", slice(3, 6))] if case.measured != "positions" else []
     rows: Rows = []

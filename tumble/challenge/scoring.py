@@ -17,6 +17,7 @@ from datasets.recipes.effects import KNOWN, values_in_sequence
 from datasets.truth import Truth
 from datasets.truth_files import read_truth
 from datasets.vocabulary.effects import EFFECTS, Stage
+from estimator.effects.empirical.families import EMPIRICAL
 from tumble.challenge.answers import UNKNOWN, no_answer
 from tumble.challenge.cases import Case, case_folder, sequence_name
 from tumble.challenge.drawing import is_plausible
@@ -79,6 +80,17 @@ def read_answer(answers: Path, campaign: str) -> dict[str, Any]:
 
 def _read(path: Path) -> dict[str, Any]:
     return dict(revived(json.loads(path.read_text(encoding="utf-8")))) if path.is_file() else {}
+
+
+def model_keys(answer: Answer) -> tuple[str, ...]:
+    """Keys of the model that an answer's velocities are of; answers from before that was said have those of what was found."""
+    return tuple(answer.get("model", answer["found"]))
+
+
+def corrects_the_clock(keys: Sequence[str]) -> bool:
+    """Whether a model has an effect of the clock, a family of empirical shifts among them: its velocities are by the true times."""
+    entries = {**EFFECTS, **{key: family.entry for key, family in EMPIRICAL.items()}}
+    return any(entries[key].stage is Stage.CLOCK for key in keys if key in entries)
 
 
 def named_steps(answer: Answer) -> list[Answer]:
@@ -209,10 +221,10 @@ def velocity_rows(case: Case, root: Path, answer: Answer, oracle: Answer) -> lis
     ``_bias_chi2``: how significant the effect's bias is, the base model's state less the oracle's by the base model's covariance.
     """
     states = {**answer.get("velocities", {}), "oracle": oracle.get("velocities", [])}
-    keys = {"base": (), "final": tuple(answer["found"]), "oracle": case.keys}
+    keys = {"base": (), "final": model_keys(answer), "oracle": case.keys}
     rows: dict[str, dict[str, Any]] = {}
     for model, found in states.items():
-        clock = any(EFFECTS[key].stage is Stage.CLOCK for key in keys[model] if key in EFFECTS)
+        clock = corrects_the_clock(keys[model])
         for state in found:
             truth = read_truth(case_folder(root, case.name) / state.get("recording", state["sequence"]))
             row = rows.setdefault(state["sequence"], {"case": case.name, "kind": case.kind, "sequence": state["sequence"]})

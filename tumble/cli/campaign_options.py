@@ -159,8 +159,8 @@ def say_diagnosis(document: Document) -> None:
     def say(sentence: str) -> None:
         out.print(sentence, soft_wrap=True)
 
-    if document["values"]:
-        out.print(values_table(document["values"]))
+    if values := [*document["values"], *document.get("values_in_place", ())]:
+        out.print(values_table(values))
     if document["diagnosis"] is not None and document["verdict"]["kind"] != "says nothing":
         out.print(candidates_table(document["diagnosis"]))
     if document["ladder"]:

@@ -19,7 +19,7 @@ from tumble.reports.drop_words import drops_sentence
 from tumble.reports.map_charts import map_chart
 from tumble.reports.payload import flat
 from tumble.reports.verdict import percent
-from tumble.reports.words import names_in_words, rms_word, rung_name
+from tumble.reports.words import model_words, names_in_words, rms_word, rung_name
 from tumble.versions import versions
 
 TITLES = {
@@ -42,10 +42,21 @@ def render(document: Mapping[str, Any]) -> str:
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     environment.filters.update(words=names_in_words, value=_value, interval=_interval, p=_p, percent=percent)
     environment.filters |= {"size": _size, "begins": begins}
-    found = {"drops": [], "not_applicable": {}, "begun": None, "facts": [], "limits": None, **revived(dict(document))}
+    found = {
+        "drops": [],
+        "not_applicable": {},
+        "begun": None,
+        "facts": [],
+        "limits": None,
+        "values_in_place": [],
+        **revived(dict(document)),
+    }
+    of_residuals = found.get("model_of_residuals", found["model"])
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],
         d=found,
+        model=", ".join(model_words(found["model"])),
+        of_residuals=", ".join(model_words(of_residuals)) if set(of_residuals) != set(found["model"]) else None,
         facts=facts_told(found["facts"]),
         drops=drops_sentence(found["drops"]) if found["drops"] else "",
         unit=found.get("unit", "px"),
@@ -104,12 +115,13 @@ def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] 
 
 def _own(found: Mapping[str, Any]) -> dict[str, Markup]:
     """Pictures of the values that every sequence has for itself, by effect."""
-    if all(value["sequence"] is None for value in found["values"] or []):
+    values = [*(found["values"] or []), *found["values_in_place"]]
+    if all(value["sequence"] is None for value in values):
         return {}
     from tumble.reports.sequence_charts import sequence_charts  # noqa: PLC0415 - loads Matplotlib: 0.5 s, which few pages need
 
     recordings = [str(each["recording"]) for each in found["drops"]]
-    charts = sequence_charts(found["values"] or [], found["sequences"], recordings)
+    charts = sequence_charts(values, found["sequences"], recordings)
     return {effect: Markup(chart) for effect, chart in charts.items()}
 
 

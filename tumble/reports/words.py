@@ -7,7 +7,7 @@ from typing import Any
 
 from datasets.estimate import Estimate, Status
 from datasets.observation import COMPANION
-from datasets.vocabulary.effects import in_words
+from datasets.vocabulary.effects import in_words, whose
 from estimator.diagnosis.selection.names import JOINED
 
 MEANING: dict[Status, str] = {
@@ -34,10 +34,33 @@ NEXT: dict[Status, str] = {
     Status.BROKEN: "Look at the particle. Cut the recording at the impact, and calibrate what is left anew to measure the rest.",
 }
 
+FAMILY_WORDS = {
+    "smooth_force": "a force",
+    "smooth_torque": "a torque",
+    "body_thrust": "a force and a torque that are fixed to the body",
+    "force_field": "a force that depends on the place in the room",
+    "force_curve": "a force over time",
+    "torque_curve": "a torque over time",
+    "smooth_time_shift": "time stamps that go wrong smoothly",
+    "image_warp": "a warp of the picture",
+    "volume_warp": "a warp of the volume that positions are measured in",
+    "zoom_in_time": "a magnification that changes with time",
+    "body_outline": "an outline offset that is fixed to the body",
+}
+"""What stands for something unknown, by the key of its empirical family."""
+FREE_FLIGHT = "free flight"
+
 
 def names_in_words(key: str) -> str:
     """An effect's key as it is said, or those of two effects that stand in one's place together."""
     return " with ".join(map(in_words, key.split(JOINED)))
+
+
+def model_words(keys: Iterable[str]) -> list[str]:
+    """The effects of a model as they are said, what stands for something unknown last and by what it is; free flight where none is."""
+    keys = list(keys)
+    unknown = [f"something unknown ({in_words(key)}: {FAMILY_WORDS[whose(key)[0]]})" for key in keys if whose(key)[0] in FAMILY_WORDS]
+    return [*(in_words(key) for key in keys if whose(key)[0] not in FAMILY_WORDS), *unknown] or [FREE_FLIGHT]
 
 
 def rms_word(unit: str) -> str:
@@ -49,7 +72,7 @@ def rung_name(rung: Mapping[str, Any]) -> str:
     """What a rung of a ladder changes: the effect it adds, or those that the last model lacks."""
     if rung["added"] is not None:
         return f"+ {rung['added']}"
-    return "free flight"
+    return FREE_FLIGHT
 
 
 MANY_LEFT_OUT = 0.2

@@ -104,6 +104,25 @@ def test_velocities_are_held_against_the_true_motion(tmp_path: Path) -> None:
     assert [row["chi2"] for row in rows] == pytest.approx([1.0, 0.0], abs=1e-4)
 
 
+def test_the_model_that_velocities_are_of_says_by_which_clock_they_are(tmp_path: Path) -> None:
+    """A frame rate that is told in the unknown's place is not in the fit that velocities are of."""
+    rate = 0.02
+    case = case_of(hidden={**HIDDEN, "frame_rate": {"relative": (rate,)}})
+    flight = flown(case, 0, DENSE)
+    write_true_motion(flight, tmp_path / "truth" / "f" / "f-1.csv")
+
+    def errors(time_s: float, **told: Any) -> list[float]:
+        true = {"v_world": flight.motion.v_world[8].tolist(), "omega_world": flight.motion.omega_world[8].tolist()}
+        state = {"sequence": "f-1", "time_s": time_s, **true, "covariance": np.eye(6).tolist()}
+        return [row["error"] for row in velocity_rows(case, tmp_path, answer_of(**told, velocities={"final": [state]}))]
+
+    by_recorder = float(flight.nominal_s[8])
+    by_true = by_recorder / (1.0 + rate)
+    assert errors(by_true, found=["frame_rate"]) == pytest.approx([0.0, 0.0], abs=1e-5)
+    assert errors(by_true, found=[], model=["frame_rate"]) == pytest.approx([0.0, 0.0], abs=1e-5)
+    assert errors(by_recorder, found=["frame_rate"], model=["smooth_time_shift"]) == pytest.approx([0.0, 0.0], abs=1e-5)
+
+
 def test_probabilities_that_come_true_as_often_as_stated_have_no_calibration_error() -> None:
     p, true = np.repeat([0.05, 0.75], [100, 40]), np.zeros(140, dtype=bool)
     true[:5], true[100:130] = True, True

@@ -19,16 +19,17 @@ CATALOGUE = {key: effect for key, effect in catalogue().items() if key in CONFOU
 
 
 def inside(seed: int) -> np.ndarray:
-    """Which components (2, 3, 3) of v lie inside their 95% interval, plain and with what is possible considered."""
+    """Which components (2, 3, 3) of v, as it is told, lie inside their 95% interval, plain and with what is possible considered."""
     _, _, trajectories, truth = confounded(seed)
     registered = register_trajectories(trajectories)
     found = explain(registered.campaign, registered.start, CATALOGUE)
-    registered, covariance = replace(registered, campaign=found.campaign), campaign_covariance(found.campaign, found.fit)
+    best = found.path[-1]
+    registered, covariance = replace(registered, campaign=best.campaign), campaign_covariance(best.campaign, best.fit)
     made = {trajectory.name: trajectory for trajectory in trajectories}
     held = []
-    for possible in ((), possible_names(found.path[-1], found.groups)):
-        at = considered(found.campaign, found.fit, covariance, possible)
-        middles = [each.middle for each in campaign_estimates(registered, made, found.fit, at, Configuration())]
+    for possible in ((), possible_names(best, found.groups)):
+        at = considered(best.campaign, best.fit, covariance, possible)
+        middles = [each.middle for each in campaign_estimates(registered, made, best.fit, at, Configuration())]
         pulls = [(m.v_world - v) / np.sqrt(np.diag(m.covariance)[:3]) for m, v in zip(middles, truth, strict=True) if m is not None]
         held.append(np.abs(pulls) < 1.96)
     return np.array(held)
