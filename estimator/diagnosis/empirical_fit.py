@@ -92,9 +92,7 @@ class EmpiricalFit:
 def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: Told = lambda _sentence: None) -> EmpiricalFit:
     """Fit what a model leaves unexplained with the family that names its stage."""
     before = held_out(campaign, fit.state, fit.model)
-    terms: tuple[EffectModel, ...] = (_held(left.test.effect),)
-    if left.stage is Stage.DYNAMICS:
-        terms = tuple(CURVES.values())
+    terms: tuple[EffectModel, ...] = tuple(CURVES.values()) if left.stage is Stage.DYNAMICS else (_held(left.test.effect),)
     wide = _with_terms(campaign, fit, terms)
     covariance = campaign_covariance(campaign, wide)
     floor = _floor(campaign, wide)
