@@ -108,7 +108,7 @@ def _unknown_key(error: ValidationError) -> str:
     instance: Any = error.instance
     unknown = next(key for key in instance if key not in known)
     nearest = difflib.get_close_matches(unknown, known, n=1)
-    return f'one of the keys {", ".join(known)}, got {shown(unknown)}' + (f' (did you mean "{nearest[0]}"?)' if nearest else "")
+    return f"one of the keys {', '.join(known)}, got {shown(unknown)}" + (f' (did you mean "{nearest[0]}"?)' if nearest else "")
 
 
 def _types(rule: str | list[str]) -> str:

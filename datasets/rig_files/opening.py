@@ -54,9 +54,7 @@ def read_rig(paths: Sequence[Path], convention: Convention) -> tuple[tuple[HsvCa
         check_camera(camera, f"{path}: {camera.name}")
     R, t = shifted[0][1].R_cam_world, shifted[0][1].t_cam_world
     turns = [nearest_rotation(camera.R_cam_world @ R.T) for _, camera in shifted]
-    cameras = tuple(
-        replace(c, R_cam_world=turn, t_cam_world=c.t_cam_world - turn @ t) for (_, c), turn in zip(shifted, turns, strict=True)
-    )
+    cameras = tuple(replace(c, R_cam_world=turn, t_cam_world=c.t_cam_world - turn @ t) for (_, c), turn in zip(shifted, turns, strict=True))
     first = cameras[0]
     return (replace(first, R_cam_world=np.eye(3), t_cam_world=np.zeros(3)), *cameras[1:]), _notes(paths, convention)
 
