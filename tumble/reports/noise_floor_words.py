@@ -33,4 +33,4 @@ def _concluded(floor: NoiseFloor, said: str, excess: str, at: tuple[float, float
         return f"{said} There is something to explain: about {excess}."
     if p_missing < alpha:
         return f"{said} Their pattern is not that of noise ({p_words(p_missing)}): there is something to explain."
-    return f"{said} There is nothing to explain."
+    return f"{said} By their size, and by a test of each effect alone, there is nothing to explain."
