@@ -140,9 +140,8 @@ def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[Held
         if len(terms) == 1 or p_values[weakest] <= SUPERFLUOUS:
             break
         terms = tuple(t for i, t in enumerate(terms) if i != weakest)
-    before, floor = at
-    removed = Removed(before, held_out(campaign, refitted.state, refitted.model), floor)
-    if not removed.after.rms_px < before.rms_px:
+    removed = Removed(at[0], held_out(campaign, refitted.state, refitted.model), at[1])
+    if not removed.after.rms_px < removed.before.rms_px:
         return None
     return LawFit(law, tuple(t for t, _ in terms), refitted, covariance, removed)
 

@@ -135,7 +135,8 @@ def explain(
     error = rungs[-1].after if rungs else held_out(last.campaign, last.fit.state, last.fit.model)
     diagnosis = _as_probable_as_in(best, diagnosis_at(last, ended=True))
     unknown = [e for e in best.members if e in best.trial.families]
-    sure = max((sureness(best.trial, best.members, e) for e in unknown), default=1.0)
+    known = next(at for at in reversed(path) if not set(at.members) & at.trial.families)  # all that the catalogue can do, by its own fit
+    sure = max((sureness(best.trial, best.members, e, most=best.value - known.value) for e in unknown), default=1.0)
     left = diagnosis.unknown and replace(diagnosis.unknown, present=bool(unknown), sure=sure)
     return Explanation(begun, last, path, rungs, campaign_covariance(last.campaign, last.fit), diagnosis, left, error)
 

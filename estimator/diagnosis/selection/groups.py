@@ -50,15 +50,15 @@ def group_of(trial: Trial, members: Set, effect: int) -> tuple[Name, ...]:
     return (Name((effect,), members, 0.0), *least)[:MOST_NAMED]
 
 
-def sureness(trial: Trial, members: Set, effect: int) -> float:
-    """Probability, 0 to 1, that an effect of a set is missing, or something in its place: against all sets with neither."""
+def sureness(trial: Trial, members: Set, effect: int, most: float = np.inf) -> float:
+    """Probability, 0 to 1, that an effect of a set or something in its place is missing, not sets with neither; ``most``: log odds."""
     trial = replace(trial, fitted=None)
     some, none = [-np.inf], [-np.inf]
     for other in list(trial.evidence.known):
         odds = _odds(trial, other, members)
         if odds > LEAST_ODDS:
             (some if effect in other or _in_place(trial, other, effect) else none).append(odds)
-    return float(expit(logsumexp(some) - logsumexp(none)))
+    return float(expit(min(logsumexp(some) - logsumexp(none), most)))
 
 
 def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:

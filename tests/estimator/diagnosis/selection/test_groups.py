@@ -137,6 +137,8 @@ def test_what_stands_for_another_member_is_no_name_and_makes_nothing_surer() -> 
     assert len(group_of(made, (0, 1), 1)) == MOST_NAMED
     assert sureness(made, (0, 1), 0) == pytest.approx(posterior.probability(0), abs=0.01)
     assert sureness(made, (0, 1), 1) > 0.999
+    # A fit of its own without it, that does nearly as well, is what counts.
+    assert sureness(made, (0, 1), 1, most=1.0) == pytest.approx(np.e / (1.0 + np.e))
 
 
 def test_a_step_that_a_refit_refused_counts_less_beside_all_that_was_fitted() -> None:
