@@ -9,7 +9,7 @@ SIZES: dict[str, dict[str, float]] = {
     "inertia_ratios": {"e1": 0.1, "e2": -0.06},
     "length_scale": {"relative": 0.02},
     "view_outline_offset": {"offset": 2.0},
-    "gravity": {"dg_x": 0.6, "dg_y": -0.5, "dg_z": 0.9},
+    "gravity": {"dg_x": 0.3, "dg_y": -0.25, "dg_z": 0.45},
     "uniform_acceleration": {"a_x": 2.0, "a_y": -3.0, "a_z": 4.0},
     "linear_drag": {"rate": 3.0},
     "quadratic_drag": {"per_length": 1.0},

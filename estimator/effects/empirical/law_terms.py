@@ -16,7 +16,6 @@ import numpy as np
 from datasets.vocabulary.effects import Parameter
 from estimator.effects.link import Array, Moment
 from estimator.geometry.sphere import fibonacci_sphere
-from estimator.motion.rigid_body import cross_product
 
 Link = Literal["acceleration", "torque"]
 
@@ -45,7 +44,7 @@ def against_velocity(theta: Array, moment: Moment) -> Array:
 
 def across_velocity(theta: Array, moment: Moment) -> Array:
     """``c omega x v``; ``theta`` (m, 1)."""
-    return theta * cross_product(moment.omega, moment.v)
+    return np.asarray(theta * np.cross(moment.omega, moment.v))
 
 
 def towards_plane(theta: Array, moment: Moment) -> Array:
