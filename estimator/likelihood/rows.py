@@ -26,6 +26,8 @@ NOISE_FREEDOM = 10.0
 See decision 47."""
 HUBER = 4.0
 """Standard deviations beyond which a residual's influence stays constant, as for silhouettes."""
+MOST_REWEIGHTED = 10
+"""Times that a shift in time is found again with residuals beyond that weighing less."""
 
 
 @dataclass(frozen=True)
@@ -64,20 +66,20 @@ class Weighed(Protocol):
         """Their weights and normal equations."""
 
 
-def weighed(errors: Rows, repeats: Array, jitter_s: float, wider: Array | None = None) -> WeighedFrames:
-    """Weights and normal equations; ``jitter_s``: standard deviation of the rows' times, a random shift along ``rate``.
+def weighed(errors: Rows, repeats: Array, wider: Array | None = None) -> WeighedFrames:
+    """Weights and normal equations, the rows' times being random shifts along ``rate`` as large as the errors have them.
 
     A residual beyond ``HUBER`` has its variance raised until its influence is that of one at ``HUBER``; a shift is taken off before that is
     judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
     ``repeats`` (c,) of the channels; ``wider`` (c,): variance of their noise that intervals have, over that which weighs.
     """
-    d = errors.rate * jitter_s
+    d = errors.rate * errors.jitter_s
     plain = np.where(errors.seen, 1.0 / repeats, 0.0)
-    moved = errors.e - d * _along(plain, d, errors.e) if jitter_s else errors.e
-    weight = plain / np.maximum(np.abs(moved) / HUBER, 1.0)
+    moved = errors.e - d * _along(plain, d, errors.e) if errors.jitter_s else errors.e
+    weight = plain / _beyond(moved)
     J, W = errors.J, weight[..., None] * errors.J
     H = _normal(J, weight, d)
-    if jitter_s:
+    if errors.jitter_s:
         W = W - ((weight * d) / (1.0 + _squares(weight, d))[:, None])[..., None] * np.einsum("nc,ncp->np", d, W)[:, None]
     spread = H if wider is None or (wider == 1.0).all() else _normal(np.sqrt(wider)[:, None] * J, weight, d)
     g = W.reshape(-1, J.shape[-1]).T @ errors.e.ravel()
@@ -98,16 +100,36 @@ def _squares(weight: Array, d: Array) -> Array:
     return np.asarray(np.sum(weight * d**2, axis=1))
 
 
-def _along(weight: Array, d: Array, e: Array) -> Array:
-    """Best shift (n, 1) of every row along ``d`` with a prior of variance 1."""
-    return np.asarray((np.sum(weight * d * e, axis=1) / (1.0 + np.sum(weight * d**2, axis=1)))[:, None])
+def _along(plain: Array, d: Array, e: Array) -> Array:
+    """Best shift (n, 1) of every row along ``d`` with a prior of variance 1, of weights ``plain`` (n, c) by Huber's cost."""
+    weight, shift = plain, np.zeros((len(e), 1))
+    for _ in range(MOST_REWEIGHTED):
+        shift = (np.sum(weight * d * e, axis=1) / (1.0 + np.sum(weight * d**2, axis=1)))[:, None]
+        beyond = _beyond(e - d * shift)
+        if not (beyond > 1.0).any():
+            break
+        weight = plain / beyond
+    return np.asarray(shift)
 
 
-def robust_cost(errors: Residuals, repeats: Array) -> float:
-    """Huber's cost; ``repeats`` (c,) of the channels."""
-    z = np.abs(errors.e)
+def _beyond(e: Array) -> Array:
+    """By what the weight of residuals is divided that are beyond ``HUBER``, one of others."""
+    return np.maximum(np.abs(e) / HUBER, 1.0)
+
+
+def robust_cost(errors: Residuals, repeats: Array, rate: Array | None) -> float:
+    """Huber's cost with the most probable shift of each row's time; ``repeats`` (c,) of the channels, ``rate`` (n, c) 1/s of the rows.
+
+    No rate is asked for where times are exact.
+    """
+    e, shift = errors.e, np.zeros(1)
+    if rate is not None and errors.jitter_s:
+        d = rate * errors.jitter_s
+        shift = _along(np.where(errors.seen, 1.0 / repeats, 0.0), d, e)
+        e = e - d * shift
+    z = np.abs(e)
     near = np.minimum(z, HUBER)
-    return float((near * (z - 0.5 * near) / repeats).sum())
+    return float((near * (z - 0.5 * near) / repeats).sum() + 0.5 * (shift**2).sum())
 
 
 def shifts_in_time(equations: Weighed) -> TimeShifts:

@@ -22,6 +22,7 @@ from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, velocities_under
 from estimator.fitting.campaigns.measurement_kind import MeasurementKind
 from estimator.fitting.campaigns.registered import Registered
+from estimator.likelihood.time_shifts import jitter_test
 from estimator.motion.flight import LAYOUT, Flight, fitted_body
 from estimator.reports.clock_reporting import clock_sentences, clocks_of_campaign
 from estimator.reports.drop_reporting import drop_estimate, flights_of
@@ -62,6 +63,8 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
             alone = effect.entry.scope is Scope.CAMPAIGN or len(groups) == 1
             name = None if alone else owner_name(campaign, effect.entry.scope, sequence)
             variance = np.diag(covariance.of(sequence, fit.model.layout.columns([effect.entry.key])))
+            if effect.random:
+                variance = np.array([jitter_test(campaign.time_shifts(fit.equations)).sigma_error_s ** 2])
             hollow = campaign.kind.hollow(campaign.sequences[sequence])
             reported = effect.reported(fit.state.theta[sequence][part], variance, hollow)
             for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):

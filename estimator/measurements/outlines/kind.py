@@ -23,7 +23,7 @@ from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_maps
 from estimator.measurements.outlines.surface_scale import with_surface_scale
 from estimator.measurements.outlines.surfaces import refitted_surfaces
-from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask, linearised, outline_residuals, with_contacts
+from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask, linearised, outline_residuals, rate_of, with_contacts
 from estimator.measurements.own_noise import OwnNoise
 from estimator.measurements.silhouettes.imagined import Pictures
 from estimator.measurements.silhouettes.kind import SILHOUETTES, picture_reports
@@ -62,8 +62,8 @@ class Outlines(OwnNoise):
 
     def equations(self, campaign: Campaign, number: int, residuals: OutlineResiduals, model: Model, theta: Array) -> SequenceEquations:
         """Residuals with their derivatives, weighed."""
-        errors = replace(linearised(residuals, model, theta), jitter_s=model.random_sigma(theta))
-        return SequenceEquations(errors, weighed(errors, campaign.sequences[number].repeats, errors.jitter_s))
+        errors = linearised(residuals, model, theta)
+        return SequenceEquations(errors, weighed(errors, campaign.sequences[number].repeats))
 
     def precision(self, sequence: OutlineTask) -> Array:
         """What a uniformly filled surface says of the body, and what is believed of outlines."""
@@ -75,7 +75,8 @@ class Outlines(OwnNoise):
     def cost(self, sequence: OutlineTask, residuals: OutlineResiduals, like: OutlineResiduals | None = None) -> float:
         """Huber cost; noise does not depend on the fit. Infinite where nothing is seen, as of a body behind the camera."""
         del like
-        return robust_cost(residuals, sequence.repeats) if residuals.seen.any() else float("inf")
+        rate = rate_of(residuals) if residuals.jitter_s else None
+        return robust_cost(residuals, sequence.repeats, rate) if residuals.seen.any() else float("inf")
 
     def sightings(self, sequence: OutlineTask) -> int:
         """Outlines in use."""

@@ -133,26 +133,30 @@ def outline_residuals(sequence: OutlineTask, flight: Flight, model: Model, theta
         e -= model.displaced(theta, met.places, sequence.setting)[..., 0]
     seen = contacts.seen & sequence.kept[:, None] & np.isfinite(e)
     e = np.where(seen, e, 0.0) / np.sqrt(sequence.variance)
-    return OutlineResiduals(e, seen, sequence.variance, prediction, sequence.noise, met=met)
+    return OutlineResiduals(e, seen, sequence.variance, prediction, sequence.noise, model.random_sigma(theta), met=met)
 
 
 def linearised(at: OutlineResiduals, model: Model, theta: Array) -> OutlineErrors:
     """Residuals with their derivatives, which take longer than they do themselves; ``theta`` (q,) of the model."""
     met, prediction, amplitudes = at.met, at.prediction, amplitudes_in(model)
     sequence, weight = met.sequence, at.seen / np.sqrt(at.variance)
-    by_pose = met.by_pose * weight[..., None]
-    J = by_pose @ scaled_sensitivity(sequence.task.sightings, model, theta, prediction, met.centre_cam)
+    J = (met.by_pose * weight[..., None]) @ scaled_sensitivity(sequence.task.sightings, model, theta, prediction, met.centre_cam)
     J[..., OFFSET.start] -= weight
     J[..., N_PARAMETERS + amplitudes.start : N_PARAMETERS + amplitudes.stop] += sequence.contacts.by_amplitude * weight[..., None]
     _add_image_columns(J, (model, theta), met, weight)
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
-    rate = np.einsum("nka,na->nk", by_pose, np.hstack([prediction.velocity, prediction.omega]))
-    e, seen = at.e, at.seen
+    e, rate, seen = at.e, rate_of(at), at.seen
     if not np.isfinite(J.ravel() @ J.ravel()):
         there = np.isfinite(J).all(axis=-1) & np.isfinite(rate)
         J[~there] = 0.0
         e, rate, seen = np.where(there, e, 0.0), np.where(there, rate, 0.0), seen & there
-    return OutlineErrors(e, seen, at.variance, prediction, at.noise, met=met, rate=rate, J=J)
+    return OutlineErrors(e, seen, at.variance, prediction, at.noise, at.jitter_s, met=met, rate=rate, J=J)
+
+
+def rate_of(at: OutlineResiduals) -> Array:
+    """Rate (n, k) 1/s of residuals by the time of their row."""
+    weight = at.seen / np.sqrt(at.variance)
+    return np.asarray(np.einsum("nka,na->nk", at.met.by_pose, np.hstack([at.prediction.velocity, at.prediction.omega])) * weight)
 
 
 def amplitudes_in(model: Model) -> slice:

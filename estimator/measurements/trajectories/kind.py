@@ -4,7 +4,7 @@ How they are weighed and what they are worth: :mod:`estimator.likelihood.rows`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -52,9 +52,9 @@ class Trajectories(OwnNoise):
 
     def equations(self, campaign: Campaign, number: int, residuals: Rows, model: Model, theta: Array) -> SequenceEquations:
         """Residuals, weighed."""
-        jitter_s, sequence = model.random_sigma(theta), campaign.sequences[number]
-        frames = weighed(residuals, sequence.repeats, jitter_s, as_students(sequence.freedom))
-        return SequenceEquations(replace(residuals, jitter_s=jitter_s), frames)
+        del model, theta
+        sequence = campaign.sequences[number]
+        return SequenceEquations(residuals, weighed(residuals, sequence.repeats, as_students(sequence.freedom)))
 
     def precision(self, sequence: TrajectoryTask) -> Array:
         """None: what is not measured is not varied."""
@@ -64,7 +64,7 @@ class Trajectories(OwnNoise):
     def cost(self, sequence: TrajectoryTask, residuals: Rows, like: Rows | None = None) -> float:
         """Huber cost; noise does not depend on the fit."""
         del like
-        return robust_cost(residuals, sequence.repeats)
+        return robust_cost(residuals, sequence.repeats, residuals.rate)
 
     def sightings(self, sequence: TrajectoryTask) -> int:
         """Rows."""

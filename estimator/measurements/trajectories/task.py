@@ -127,7 +127,8 @@ def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta:
     seen = task.kept[:, None] & np.isfinite(task.sigma)
     weight = np.where(seen, 1.0 / task.sigma, 0.0)
     e, rate = (np.concatenate(each, axis=1) * weight for each in ([p.e for p in parts], [p.rate for p in parts]))
-    return Rows(e, seen, task.sigma**2, prediction, task.noise, rate=rate, J=J * weight[..., None])
+    J *= weight[..., None]
+    return Rows(e, seen, task.sigma**2, prediction, task.noise, model.random_sigma(theta), rate=rate, J=J)
 
 
 def _positions(task: TrajectoryTask, prediction: Prediction, model: Model, theta: Array) -> Channel:

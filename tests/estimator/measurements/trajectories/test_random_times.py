@@ -10,8 +10,12 @@ from estimator.diagnosis.adding import fit_with
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.fitting.campaigns.registered import Registered
+from estimator.likelihood.rows import HUBER
 from estimator.measurements.trajectories.registering import register_trajectories
+from estimator.motion.flight import N_PARAMETERS, moved
+from estimator.reports.campaign_reporting import effect_values
 from tests.estimator.made_trajectories import RATE_HZ, Hidden, Tracker, campaign
 
 Array = NDArray[np.float64]
@@ -64,3 +68,32 @@ def test_noise_that_repeats_is_as_stated_beside_random_times() -> None:
     scales = there.kind.noise_scales(there, fit.equations)
     assert scales is not None
     assert np.sqrt(np.mean(scales**2)) == pytest.approx(1.0, abs=0.06)
+
+
+def test_the_gradient_is_that_of_the_cost_that_steps_have_to_lower() -> None:
+    """With rows shifted by many standard deviations, and some far off across the motion."""
+    found = shaken(Hidden(), LONG, seed=11)
+    tasks = list(found.campaign.sequences)
+    x = tasks[0].x_world.copy()
+    x[::9] += 12.0 * LONG.sigma_x
+    tasks[0] = replace(tasks[0], x_world=x)
+    there, model, theta = replace(found.campaign, sequences=tuple(tasks)), Model((MODELS["trigger_jitter"],)), np.array([JITTER_S])
+    kind, flight = there.kind, found.start.flights[0]
+    at = kind.residuals(there, 0, flight, model, theta)
+    g = kind.equations(there, 0, at, model, theta).g
+    assert (np.abs(at.e) > HUBER).any()
+    for column in (*range(3, 6), *range(9, 12)):
+        step = np.zeros(N_PARAMETERS)
+        step[column] = 1e-6
+        up, down = (kind.cost(tasks[0], kind.residuals(there, 0, moved(flight, each), model, theta)) for each in (step, -step))
+        assert (up - down) / 2e-6 == pytest.approx(g[column], rel=1e-3, abs=1e-3 * np.abs(g).max())
+
+
+def test_random_times_far_beyond_the_noise_settle_and_their_size_has_an_interval() -> None:
+    """A film of a variable rate: rows are off by ten times the noise along the motion."""
+    found = shaken(Hidden(), replace(LONG, sigma_x=2e-4), seed=5)
+    there, fit = fit_with(found.campaign, found.start, [MODELS["trigger_jitter"]])
+    (value,) = effect_values(replace(found, campaign=there), fit, campaign_covariance(there, fit))
+    assert fit.settled
+    assert value.value == pytest.approx(JITTER_S, abs=3.0 * value.sigma)
+    assert 0.01 * JITTER_S < value.sigma < 0.1 * JITTER_S
