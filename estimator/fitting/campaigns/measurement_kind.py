@@ -48,8 +48,8 @@ class MeasurementKind(Protocol):
     def precision(self, sequence: Any) -> Array:
         """Information (21,) that is there of the flight's parameters beside the measurement."""
 
-    def cost(self, sequence: Any, residuals: Any, like: Any = None) -> float:
-        """Robust cost on the scale of minus the logarithm of a likelihood, not negative; with the noise that the errors had in ``like``."""
+    def cost(self, sequence: Any, residuals: Any) -> float:
+        """Robust cost on the scale of minus the logarithm of a likelihood, not negative."""
 
     def repeated_noise(
         self, campaign: "Campaign", errors: Sequence[Any], frames: Sequence[Weighted], at: Arrangement, like: Sequence[Any] | None = None

@@ -72,9 +72,8 @@ class Outlines(OwnNoise):
         precision[OFFSET] = sequence.task.prior.precision[OFFSET]
         return precision
 
-    def cost(self, sequence: OutlineTask, residuals: OutlineResiduals, like: OutlineResiduals | None = None) -> float:
+    def cost(self, sequence: OutlineTask, residuals: OutlineResiduals) -> float:
         """Huber cost; noise does not depend on the fit. Infinite where nothing is seen, as of a body behind the camera."""
-        del like
         rate = rate_of(residuals) if residuals.jitter_s else None
         return robust_cost(residuals, sequence.repeats, rate) if residuals.seen.any() else float("inf")
 

@@ -73,7 +73,7 @@ class Silhouettes:
         """What the hull says of the body, and what is believed of outlines."""
         return sequence.task.prior.precision
 
-    def cost(self, sequence: SequenceTask, residuals: ModelResiduals, like: ModelResiduals | None = None) -> float:
+    def cost(self, sequence: SequenceTask, residuals: ModelResiduals) -> float:
         """Huber cost on the scale of the weights: each sighting's mean error counts as often as it is independent.
 
         Infinite where no tangency is left, as of a body that a step put behind the camera: it would cost nothing.
@@ -82,8 +82,6 @@ class Silhouettes:
         if not seen.any():
             return float("inf")
         variance = residuals.tangency.variance[:, :, :2]
-        if like is not None:
-            variance = np.where(like.seen, like.tangency.variance[:, :, :2], variance)
         z = np.abs(residuals.e) / np.sqrt(variance)
         rho = np.where(z <= huber, 0.5 * z**2, huber * z - 0.5 * huber**2)
         return float((rho * seen).sum() / max(seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)

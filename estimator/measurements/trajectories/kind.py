@@ -61,9 +61,8 @@ class Trajectories(OwnNoise):
         del sequence
         return np.zeros(N_PARAMETERS)
 
-    def cost(self, sequence: TrajectoryTask, residuals: Rows, like: Rows | None = None) -> float:
+    def cost(self, sequence: TrajectoryTask, residuals: Rows) -> float:
         """Huber cost; noise does not depend on the fit."""
-        del like
         return robust_cost(residuals, sequence.repeats, residuals.rate)
 
     def sightings(self, sequence: TrajectoryTask) -> int:
