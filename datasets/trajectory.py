@@ -63,16 +63,16 @@ class Trajectory:
         q = self.q_world_tracked
         return q is not None and bool(np.isfinite(q).all() and np.isfinite(self.x_world).all())
 
-    def until(self, row: int) -> "Trajectory":
-        """The rows before number ``row``."""
+    def between(self, first: int, last: int) -> "Trajectory":
+        """The rows from number ``first`` to before ``last``."""
 
         def cut(of_rows: Array | None) -> Array | None:
-            return None if of_rows is None else of_rows[:row]
+            return None if of_rows is None else of_rows[first:last]
 
         return replace(
             self,
-            times_s=self.times_s[:row],
-            x_world=self.x_world[:row],
+            times_s=self.times_s[first:last],
+            x_world=self.x_world[first:last],
             q_world_tracked=cut(self.q_world_tracked),
             omega_world=cut(self.omega_world),
             sigma_x=cut(self.sigma_x),

@@ -18,7 +18,7 @@ from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign
 from estimator.fitting.campaigns.registered import Registered
 from estimator.measurements.silhouettes.registration import register
-from estimator.measurements.trajectories.impacts import before_contact
+from estimator.measurements.trajectories.impacts import untouched
 from estimator.measurements.trajectories.registering import register_trajectories
 from tumble.notes import tell_notes
 from tumble.progress import progress
@@ -68,13 +68,13 @@ class Known:
 class Prepared:
     """A campaign with what its sequences were made from, by name, and why others were left out.
 
-    ``touching``: how many rows of a trajectory come before its first contact, which alone are in the campaign, and how many it has.
+    ``touching``: from which to before which row a trajectory touches nothing, which alone are in the campaign, and how many it has.
     """
 
     registered: Registered
     observations: Mapping[str, Observation | Trajectory]
     left_out: dict[str, str]
-    touching: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    touching: Mapping[str, tuple[int, int, int]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -155,23 +155,23 @@ def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known,
         body = body_from_mesh(known.mesh)
         trajectories = {name: replace(t, surroundings=replace(t.surroundings, body=body)) for name, t in trajectories.items()}
     refuse_without_gravity([e.entry.key for e in _unstated(effects, known)], [t.surroundings.gravity_world for t in trajectories.values()])
-    falling = before_contact(list(trajectories.values()))
-    touching = {name: (len(each.times_s), len(trajectories[name].times_s)) for name, each in falling.items()}
+    free = untouched(list(trajectories.values()))
+    touching = {name: (*rows, len(trajectories[name].times_s)) for name, rows in free.items()}
     tell_notes(contact_words(touching, len(trajectories)), quiet=quiet)
-    trajectories |= falling
+    trajectories |= {name: trajectories[name].between(*rows) for name, rows in free.items()}
     with progress("register", len(trajectories), quiet=quiet) as advance:
         registered = register_trajectories(list(trajectories.values()), told=advance)
     return Prepared(registered, trajectories, left_out, touching)
 
 
-def contact_words(touching: Mapping[str, tuple[int, int]], of: int) -> tuple[str, ...]:
-    """That sequences touch something, of which the rows before are in the campaign; nothing where none does."""
+def contact_words(touching: Mapping[str, tuple[int, int, int]], of: int) -> tuple[str, ...]:
+    """That sequences touch something, of which the rows before or after are in the campaign; nothing where none does."""
     if not touching:
         return ()
-    told = [f"{name} (rows 1 to {rows} of {recorded})" for name, (rows, recorded) in touching.items()]
+    told = [f"{name} (rows {first + 1} to {last} of {recorded})" for name, (first, last, recorded) in touching.items()]
     more = [f"{len(told) - MOST_CUT} more"] if len(told) > MOST_CUT else []
     return (
-        f"{len(touching)} of {of} sequences touch something: their velocity jumps as no force makes it. The rows before are used: "
+        f"{len(touching)} of {of} sequences touch something: their velocity jumps as no force makes it. The free flight is used: "
         f"{', '.join([*told[:MOST_CUT], *more])}. Impacts themselves are measured by tumble estimate, from poses.",
     )
 

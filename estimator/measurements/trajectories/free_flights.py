@@ -99,6 +99,15 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
     return tuple(run for run in reversed(runs) if flies(times_s[run.first : run.last], fallen[run.first : run.last], noise))
 
 
+def free_rows(times_s: Array, x: Array, gravity: Array, sigma: float) -> tuple[int, int]:
+    """From which row on a path is free, let go of or thrown, and the one before which it is until it touches something.
+
+    Arguments as of :func:`rows_before_contact`: of what falls, a film that runs backwards shows the hand that lets go as a contact.
+    """
+    last = rows_before_contact(times_s, x, gravity, sigma)
+    return last - rows_before_contact(-times_s[:last][::-1], x[:last][::-1], gravity, sigma), last
+
+
 def rows_before_contact(times_s: Array, x: Array, gravity: Array, sigma: float) -> int:
     """How many rows of a path come before the first contact; all, where there is none.
 

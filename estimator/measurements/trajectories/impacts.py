@@ -30,9 +30,9 @@ from estimator.measurements.trajectories.free_flights import (
     TAILS,
     Run,
     free_flights,
+    free_rows,
     least_rows,
     path_noise,
-    rows_before_contact,
 )
 from estimator.measurements.trajectories.meeting_flights import Meeting, meeting
 from estimator.motion.rigid_body import rotation_matrices
@@ -72,8 +72,8 @@ def rows_outside(trajectories: Sequence[Trajectory]) -> dict[str, int]:
     return {name: rows for name, rows in outside.items() if rows >= LEAST_OUTSIDE}
 
 
-def before_contact(trajectories: Sequence[Trajectory]) -> dict[str, Trajectory]:
-    """Those that touch something, by name, as they are before: cut where their velocity jumps as no force could make it."""
+def untouched(trajectories: Sequence[Trajectory]) -> dict[str, tuple[int, int]]:
+    """Rows of those that touch something, by name, from where on they are free to before a contact: velocities jump as by no force."""
     axes = [np.isfinite(t.x_world).any(axis=0) for t in trajectories]
     paths = [centre_path(t)[:, axis] for t, axis in zip(trajectories, axes, strict=True)]
     seen = [np.flatnonzero(np.isfinite(path).all(axis=1) & bool(path.shape[1])) for path in paths]
@@ -81,9 +81,9 @@ def before_contact(trajectories: Sequence[Trajectory]) -> dict[str, Trajectory]:
     found = {}
     for t, axis, path, rows in zip(trajectories, axes, paths, seen, strict=True):
         sigma = shared if t.sigma_x is None or not len(rows) else min(float(np.median(t.sigma_x[rows][:, axis])), shared)
-        kept = rows_before_contact(t.times_s[rows], path[rows], t.surroundings.gravity_world[axis], sigma)
-        if kept < len(rows):
-            found[t.name] = t.until(int(rows[kept]))
+        first, last = free_rows(t.times_s[rows], path[rows], t.surroundings.gravity_world[axis], sigma)
+        if last - first < len(rows):
+            found[t.name] = (int(rows[first]) if first else 0, int(rows[last]) if last < len(rows) else len(t.times_s))
     return found
 
 

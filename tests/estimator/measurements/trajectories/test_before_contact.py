@@ -1,15 +1,21 @@
 """Where a path first touches something: a jump of its velocity, and nothing that forces, clocks, bad rows or noise do."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from datasets.trajectory import Trajectory
-from estimator.measurements.trajectories.impacts import before_contact
+from estimator.measurements.trajectories.impacts import untouched
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.estimator.measurements.trajectories.struck_tosses import RATE_HZ, toss
 from tests.estimator.measurements.trajectories.test_gyroscope import gyro_rows
+
+
+def before_contact(trajectories: Sequence[Trajectory]) -> dict[str, Trajectory]:
+    named = {t.name: t for t in trajectories}
+    return {name: named[name].between(*rows) for name, rows in untouched(trajectories).items()}
 
 
 def test_whole_tosses_are_cut_at_their_first_hit() -> None:
@@ -103,12 +109,33 @@ def test_a_marker_beside_the_centre_of_a_body_that_turns_is_no_contact(turn: flo
     assert before_contact(campaign(27, Hidden(com=(0.005, 0.0, 0.0), spin_rads=turn * 148.0), tracker, sequences=20)) == {}
 
 
-def test_what_is_held_and_thrown_is_not_cut_where_it_is_let_go() -> None:
-    held = []
+@pytest.mark.parametrize("rows", [3, 6, 15])
+def test_what_is_held_and_thrown_is_cut_where_it_is_let_go(rows: int) -> None:
+    """But for those that are thrown so softly that they leave the hand as they would fall from rest."""
+    rng, held = np.random.default_rng(7), []
     for each in _flights():
-        x = np.concatenate([each.x_world[:1] + np.random.default_rng(7).normal(0.0, 2e-4, (15, 3)), each.x_world])
-        held.append(replace(each, times_s=np.arange(len(x)) / 148.0, x_world=x, q_world_tracked=None))
-    assert before_contact(held) == {}
+        x = np.concatenate([each.x_world[:1] + rng.normal(0.0, 2e-4, (rows, 3)), each.x_world])
+        held.append(replace(each, times_s=np.arange(len(x)) / 148.0, x_world=x, q_world_tracked=None, sigma_theta=None))
+    found = untouched(held)
+    assert len(found) >= 11
+    assert all(last == rows + 40 for _, last in found.values())
+    assert all(rows <= first <= rows + 1 for first, _ in found.values())
+
+
+def test_what_is_held_thrown_and_hits_is_cut_at_both_ends() -> None:
+    rng = np.random.default_rng(19)
+    made = [toss(rng, rows=60) for _ in range(8)]
+    held = []
+    for i, each in enumerate(made):
+        t = each.trajectory
+        x = np.concatenate([t.x_world[:1] + rng.normal(0.0, 2e-4, (5, 3)), t.x_world])
+        times = np.arange(len(x)) / RATE_HZ
+        held.append(replace(t, name=f"toss_{i}", times_s=times, x_world=x, q_world_tracked=None, sigma_theta=None))
+    found = untouched(held)
+    for each, t in zip(made, held, strict=True):
+        first, last = found[t.name]
+        assert 5 <= first <= 6
+        assert abs(last - 5 - int(each.hits[0].time_s * RATE_HZ)) <= 1
 
 
 def test_a_stated_noise_that_is_far_too_large_hides_no_contact() -> None:
@@ -143,5 +170,5 @@ def test_rounded_time_stamps_are_no_contact() -> None:
 
 def test_a_gyroscope_alone_and_rows_too_few_tell_no_contact() -> None:
     assert before_contact(gyro_rows(4, 0.0, (0.5, 0.6, 1.0))) == {}
-    assert before_contact([each.until(5) for each in _flights()]) == {}
+    assert before_contact([each.between(0, 5) for each in _flights()]) == {}
     assert before_contact([]) == {}
