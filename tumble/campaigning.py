@@ -6,6 +6,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from datasets.errors import InputError
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
@@ -30,6 +32,8 @@ from tumble.tracked_bodies import body_from_mesh
 Read = TypeVar("Read", Observation, Trajectory)
 MOST_CUT = 3
 """Sequences that are named where more are cut before a contact."""
+MOST_REPEATED = 0.1
+"""Share of rows that may repeat the one before them to the last digit before that is said: of coarsely rounded ones, some do."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +161,7 @@ def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known,
     refuse_without_gravity([e.entry.key for e in _unstated(effects, known)], [t.surroundings.gravity_world for t in trajectories.values()])
     free = untouched(list(trajectories.values()))
     touching = {name: (*rows, len(trajectories[name].times_s)) for name, rows in free.items()}
-    tell_notes(contact_words(touching, len(trajectories)), quiet=quiet)
+    tell_notes((*contact_words(touching, len(trajectories)), *repeated_words(trajectories)), quiet=quiet)
     trajectories |= {name: trajectories[name].between(*rows) for name, rows in free.items()}
     with progress("register", len(trajectories), quiet=quiet) as advance:
         registered = register_trajectories(list(trajectories.values()), told=advance)
@@ -174,6 +178,29 @@ def contact_words(touching: Mapping[str, tuple[int, int, int]], of: int) -> tupl
         f"{len(touching)} of {of} sequences touch something: their velocity jumps as no force makes it. The free flight is used: "
         f"{', '.join([*told[:MOST_CUT], *more])}. Impacts themselves are measured by tumble estimate, from poses.",
     )
+
+
+def repeated_words(observations: Mapping[str, Observation | Trajectory]) -> tuple[str, ...]:
+    """That many rows of trajectories repeat the one before to the last digit, which no tracker with noise does."""
+    told = [t for t in observations.values() if isinstance(t, Trajectory)]
+    repeated = {t.name: count for t in told if (count := _repeated(t))}
+    rows, of = sum(repeated.values()), sum(len(t.times_s) for t in told)
+    if rows <= MOST_REPEATED * of:
+        return ()
+    return (
+        f"{rows} of {of} rows repeat the one before them to the last digit, in {len(repeated)} of {len(told)} sequences, first in "
+        f"{next(iter(repeated))}: pictures that are stored twice (a film of another rate), a tracker that has lost what it follows, or very "
+        "coarse rounding? They count as measured; leave copies out.",
+    )
+
+
+def _repeated(t: Trajectory) -> int:
+    """How many rows have everything that was measured as the row before has it."""
+    measured = [part for part in (t.x_world, t.q_world_tracked, t.omega_world, t.gyro) if part is not None]
+    table = np.column_stack(measured)
+    seen = np.isfinite(table)
+    same = (table[1:] == table[:-1]) | (~seen[1:] & ~seen[:-1])
+    return int(np.count_nonzero(same.all(axis=1) & (seen[1:] & seen[:-1]).any(axis=1)))
 
 
 def _copies(trajectories: Mapping[str, Trajectory]) -> dict[str, str]:

@@ -30,7 +30,7 @@ from estimator.fitting.campaigns.considered import Uncertain, uncertain
 from estimator.fitting.campaigns.impacts import impacts
 from estimator.geometry.robust_scale import robust_sigma
 from estimator.reports.campaign_reporting import EffectValue, campaign_estimates, effect_values, owner_name, settled_fit
-from tumble.campaigning import Known, Prepared, contact_words, prepare
+from tumble.campaigning import Known, Prepared, contact_words, prepare, repeated_words
 from tumble.commands import command
 from tumble.diagnosis_documents import (
     campaign_content,
@@ -384,7 +384,7 @@ def _useless(key: str, question: Question) -> str:
 
 def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
     """A verdict as a part of a document, with what was cut beside it."""
-    touching = contact_words(campaign.touching, len(campaign.observations))
+    touching = (*contact_words(campaign.touching, len(campaign.observations)), *repeated_words(campaign.observations))
     spoiled = spoiled_words(campaign.registered.campaign.sequences)
     return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)
 
