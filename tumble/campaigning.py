@@ -189,8 +189,8 @@ def repeated_words(observations: Mapping[str, Observation | Trajectory]) -> tupl
         return ()
     return (
         f"{rows} of {of} rows repeat the one before them to the last digit, in {len(repeated)} of {len(told)} sequences, first in "
-        f"{next(iter(repeated))}: pictures that are stored twice (a film of another rate), a tracker that has lost what it follows, or very "
-        "coarse rounding? They count as measured; leave copies out.",
+        f"{next(iter(repeated))}: pictures that are stored twice (a film of another rate), a tracker that has lost what it follows, or "
+        "very coarse rounding? They count as measured; leave copies out.",
     )
 
 
