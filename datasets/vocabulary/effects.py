@@ -441,6 +441,15 @@ _ENTRIES = (
         "Brown, Photogrammetric Engineering 37 (1971) 855, in space; Luhmann and others, Close-Range Photogrammetry and 3D Imaging (2014)",
     ),
     EffectEntry(
+        "perspective",
+        Stage.TRACKING,
+        Scope.CAMPAIGN,
+        tuple(Parameter(f"q_{axis}", "1", (-0.05, 0.05), 1e-4, f"growth of the scale over the distance R along {axis}") for axis in "xyz"),
+        "measured x = x + R (q . u) u, u = (x - c) / R, c and R as of position_distortion: the scale of a plane that is filmed at an "
+        "angle, or of a volume whose cameras stand otherwise than they were calibrated, changes across it; projective to first order",
+        "Hartley and Zisserman, Multiple View Geometry in Computer Vision (2004), ch. 2 and 10",
+    ),
+    EffectEntry(
         "gyroscope_bias",
         Stage.GYROSCOPE,
         Scope.CAMPAIGN,
@@ -471,6 +480,7 @@ TRACKED_ONLY = (
     "unmeasured_drag",
     "nutation_damping",
     "position_distortion",
+    "perspective",
     "gyroscope_bias",
     "gyroscope_scale",
 )

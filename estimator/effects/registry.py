@@ -36,6 +36,7 @@ from estimator.effects.catalogue.segmentation.blooming import Blooming
 from estimator.effects.catalogue.segmentation.outline_offset import OutlineOffset
 from estimator.effects.catalogue.segmentation.rim_light_leak import RimLightLeak
 from estimator.effects.catalogue.segmentation.view_outline_offset import ViewOutlineOffset
+from estimator.effects.catalogue.tracking.perspective import Perspective
 from estimator.effects.catalogue.tracking.position_distortion import PositionDistortion
 from estimator.effects.link import EffectModel
 
@@ -77,6 +78,7 @@ MODELS: dict[str, EffectModel] = {
         Blooming(),
         RimLightLeak(),
         PositionDistortion(),
+        Perspective(),
         GyroscopeBias(),
         GyroscopeScale(),
     )

@@ -21,6 +21,7 @@ from synth.effects import (
     nutation_damping,
     outgassing_thrust,
     outline_offset,
+    perspective,
     pixel_aspect,
     position_distortion,
     principal_point,
@@ -98,6 +99,7 @@ REALISATIONS: dict[str, Link] = {
     "rim_light_leak": Segmentation(rim_light_leak.reshape),
     "view_outline_offset": ViewSegmentation(view_outline_offset.reshape),
     "position_distortion": Tracker(position_distortion.seen),
+    "perspective": Tracker(perspective.seen),
     "gyroscope_bias": Gyroscope(gyroscope_bias.read),
     "gyroscope_scale": Gyroscope(gyroscope_scale.read),
 }
