@@ -102,7 +102,8 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
 def free_rows(times_s: Array, x: Array, gravity: Array, sigma: float) -> tuple[int, int]:
     """From which row on a path is free, let go of or thrown, and the one before which it is until it touches something.
 
-    Arguments as of :func:`rows_before_contact`: of what falls, a film that runs backwards shows the hand that lets go as a contact.
+    ``times_s`` (n,), world frame ``x`` (n, c) m and ``gravity`` (c,) m/s² along the c axes that were measured, noise ``sigma`` (m). Of what
+    falls, a film that runs backwards shows the hand that lets go as a contact.
     """
     last = rows_before_contact(times_s, x, gravity, sigma)
     return last - rows_before_contact(-times_s[:last][::-1], x[:last][::-1], gravity, sigma), last
