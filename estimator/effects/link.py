@@ -378,6 +378,14 @@ class EffectModel:
         del theta, setting
         return x
 
+    def tracked_by(self, theta: Array, x: Array, setting: Setting) -> Array:
+        """Derivatives (n, 3, q) of :meth:`tracked` by the parameters, central differences."""
+        found = np.zeros((*x.shape, len(theta)))
+        for column, step in enumerate(p.step for p in self.entry.parameters):
+            change = step * np.eye(len(theta))[column]
+            found[..., column] = (self.tracked(theta + change, x, setting) - self.tracked(theta - change, x, setting)) / (2.0 * step)
+        return found
+
     def reading(self, theta: Array, omega: Array) -> Array:
         """What a gyroscope reads (n, 3) rad/s of angular velocities ``omega`` (n, 3) rad/s along its axes."""
         del theta

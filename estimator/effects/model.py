@@ -6,7 +6,7 @@ Parameters of all effects lie side by side in one array ``theta`` in the order o
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
@@ -154,6 +154,17 @@ class Model:
             x = effect.tracked(theta[part], x, setting)
         return x
 
+    def tracked_by(self, theta: Array, x: Array, setting: Setting, step_m: float) -> Array:
+        """Derivatives (n, 3, q) of :meth:`tracked` by the parameters (q,); ``step_m``: for what later effects make of earlier ones."""
+        found = np.zeros((*x.shape, len(theta)))
+        for number, (effect, part) in enumerate(self.touching("tracked")):
+            seen = partial(effect.tracked, theta[part], setting=setting)
+            if number:
+                found = slope_of(seen, x, step_m) @ found
+            found[:, :, part] = effect.tracked_by(theta[part], x, setting)
+            x = seen(x)
+        return found
+
     def reading(self, theta: Array, omega: Array) -> Array:
         """What a gyroscope reads (n, 3) rad/s of angular velocities (n, 3) along its axes."""
         for effect, part in self.touching("reading"):
@@ -176,6 +187,11 @@ class Model:
         """Sum of the displacements (n, k, 1) px of the outlines' own points."""
         each = (places.only(effect, effect.displaced(theta[part], places, setting)) for effect, part in self.touching("shift"))
         return _summed(each, np.zeros(places.radius_px.shape))
+
+
+def slope_of(report: Callable[[Array], Array], true: Array, step: float) -> Array:
+    """Derivatives (n, 3, 3) of what is reported by the true values (n, 3), central differences over a ``step``."""
+    return np.stack([(report(true + d) - report(true - d)) / (2.0 * step) for d in step * np.eye(3)], axis=-1)
 
 
 def _block(effect: EffectModel) -> Block:

@@ -16,7 +16,6 @@ from scipy.special import sph_harm_y
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Scope, Stage
 from estimator.effects.link import Array, EffectModel, Moment, Places, Setting
-from estimator.motion.rigid_body import cross_product
 
 REFERENCE = "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy as a smooth function"
 LARGEST = {"smooth_time_shift": 5e-4, "image_warp": 5.0, "zoom_in_time": 0.1, "body_outline": 1.0, "volume_warp": 0.1}
@@ -224,11 +223,19 @@ class VolumeWarp(EffectModel):
 
     def tracked(self, theta: Array, x: Array, setting: Setting) -> Array:
         """The positions, warped."""
+        return np.asarray(x + self.tracked_by(theta, x, setting) @ theta)
+
+    def tracked_by(self, theta: Array, x: Array, setting: Setting) -> Array:
+        """What a coefficient of one moves (n, 3, 22) m, whatever the others."""
         u = (x - setting.middle_world) / setting.reach_m
-        products = np.hstack([u**2, u[:, [0, 0, 1]] * u[:, [1, 2, 2]]])
-        curved = products @ theta[:18].reshape(3, 6).T
-        turned = theta[18] * u + cross_product(np.broadcast_to(theta[19:], u.shape), u)
-        return np.asarray(x + setting.reach_m * (curved + np.sum(u**2, axis=1, keepdims=True) * turned))
+        products, turned = np.hstack([u**2, u[:, [0, 0, 1]] * u[:, [1, 2, 2]]]), u * np.sum(u**2, axis=1, keepdims=True)
+        moved = np.zeros((*u.shape, len(theta)))
+        for axis in range(3):
+            after, last = (axis + 1) % 3, (axis + 2) % 3
+            moved[:, axis, 6 * axis : 6 * axis + 6] = products
+            moved[:, axis, 18] = turned[:, axis]
+            moved[:, after, 19 + axis], moved[:, last, 19 + axis] = -turned[:, last], turned[:, after]
+        return setting.reach_m * moved
 
 
 class ZoomInTime(EffectModel):

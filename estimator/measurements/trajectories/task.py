@@ -134,7 +134,9 @@ def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta:
 def _positions(task: TrajectoryTask, prediction: Prediction, model: Model, theta: Array) -> Channel:
     """Residuals of positions: lengths may be wrong by a factor, and the tracker's volume distorted."""
     scale = model.scale(theta)
-    tracker = Instrument("tracked", partial(model.tracked, setting=task.setting), STEP_SHARE * task.setting.reach_m)
+    setting, step_m = task.setting, STEP_SHARE * task.setting.reach_m
+    by = partial(model.tracked_by, setting=setting, step_m=step_m)
+    tracker = Instrument("tracked", partial(model.tracked, setting=setting), step_m, by)
     seen = tracker.of(
         (model, theta), prediction.poses.centre[:, 0] / scale, prediction.velocity / scale, _scaled(prediction, model, theta, scale)
     )
