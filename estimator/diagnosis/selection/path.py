@@ -5,7 +5,7 @@ more, or one in another's place; the campaign is refitted with the new set and l
 of the set too. It ends where no set is more probable than the one that the flights were fitted with.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -71,10 +71,10 @@ class At:
         return tuple(self.trial.evidence.of.keys[e] for e in members)
 
 
-def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unknown: bool = False) -> At:
-    """The posterior over sets of a ``catalogue`` about a fit; where asked for, of the empirical families, too."""
-    places, times = [f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences]
-    wide = {e.entry.key: e for e in families(places, times)} if unknown else {}
+def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unknown: bool | Collection[str] = False) -> At:
+    """The posterior over sets of a ``catalogue`` about a fit; where asked for, of the empirical families, too: of all, or by their keys."""
+    every = families([f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences]) if unknown else ()
+    wide = {e.entry.key: e for e in every if isinstance(unknown, bool) or e.entry.key in unknown}
     of = with_facts(linearised(campaign, fit, {**catalogue, **wide}), campaign)
     noise = frozenset(i for i, effect in enumerate(of.effects[: of.own]) if effect.noise)
     trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide), noise=noise)
@@ -154,7 +154,7 @@ def overrated(now: At, wanted: Set, gained: float) -> Overrated:
     return Overrated(new - old, old - new, old & new, float(np.clip(promised - min(gained, 0.0), 0.0, IMPOSSIBLE)))
 
 
-def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At | None:
+def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool | Collection[str]) -> At | None:
     """The campaign refitted with another set, and looked at there; ``None`` where flights run away."""
     try:
         return looked_at(*refitted(now.campaign, now.fit, now.trial.evidence, members), catalogue, unknown=unknown)
