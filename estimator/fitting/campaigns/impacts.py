@@ -73,14 +73,15 @@ class _Block:
 
 
 def impacts(campaign: Campaign, fit: CampaignFit, at: Considered) -> Impacts:
-    """What limits v and omega at the middle times of a campaign's flights."""
+    """What limits v and omega at the middle times of a campaign's flights, along those axes along which they were measured."""
     blocks, n = _blocks(campaign, fit, at), len(campaign.sequences)
     after, before, noise, total, size = np.zeros((len(blocks), 2, n)), np.zeros((len(blocks), 2, n)), *np.zeros((3, 2, n))
     inside = np.concatenate([np.zeros(0, dtype=np.int64), *(block.columns for block in blocks if block.fitted)])
     for number, sequence in enumerate(campaign.sequences):
-        J, value = _derivatives(fit, at, number, sequence)
+        axes = ~np.isin(LAYOUT.columns(["v", "omega"]), campaign.kind.unmeasured(sequence))
+        J, value = (each * axes.reshape(-1, *[1] * (each.ndim - 1)) for each in _derivatives(fit, at, number, sequence))
         plain, wide = at.plain.of(number, np.arange(at.own)), at.covariance.of(number, np.arange(at.model.layout.size))
-        measured = _measured(campaign.kind.unmeasured(sequence))
+        measured = np.where([axes[VELOCITY].any(), axes[SPIN].any()], 1.0, np.nan)
         for i, block in enumerate(blocks):
             S = _sensitivity(J, plain if block.fitted else wide, block.columns)
             after[i, :, number] = _squares(S @ (plain if block.fitted else wide)[np.ix_(block.columns, block.columns)] @ S.T) * measured
@@ -141,11 +142,6 @@ def _before(campaign: Campaign, effect: EffectModel, kept: NDArray[np.int64]) ->
 
 def _nothing(columns: NDArray[np.int64]) -> Array:
     return np.full((len(columns), len(columns)), np.nan)
-
-
-def _measured(unmeasured: NDArray[np.int64]) -> Array:
-    """1 for v and for omega where they were measured, NaN where a part of them was not."""
-    return np.array([np.nan if np.isin(LAYOUT.columns([name]), unmeasured).any() else 1.0 for name in ("v", "omega")])
 
 
 def _squares(covariance: Array) -> Array:

@@ -102,3 +102,22 @@ def test_impacts_add_up(fitted: tuple[object, object, Considered, Considered]) -
     (drag,) = [thing for thing in found.things if thing.fitted]
     assert drag.v_ms < drag.v_before_ms
     assert np.isnan(found.total[1]), "no spin was measured"
+
+
+def test_what_limits_v_is_told_along_the_axes_that_a_film_shows() -> None:
+    """Before, of films from the side nothing was told."""
+    flat = []
+    for seed in range(3):
+        trajectory = shrunk(seed, 0.0)[0]
+        x = np.where(np.arange(3) == 1, np.nan, trajectory.x_world)
+        flat.append(replace(trajectory, name=f"toss_{seed}", x_world=x, sigma_x=np.where(np.isnan(x), np.nan, TRACKER.sigma_x)))
+    registered = register_trajectories(flat)
+    at, fit = fit_with(registered.campaign, registered.start, ())
+    wide = considered(at, fit, campaign_covariance(at, fit), ())
+    told = impacts(at, fit, wide)
+    estimates = campaign_estimates(replace(registered, campaign=at), {each.name: each for each in flat}, fit, wide, Configuration())
+    middles = [each.middle for each in estimates if each.middle is not None]
+    squares = [np.nansum(np.diag(each.covariance)[:3]) for each in middles]
+    assert told.total[0] == pytest.approx(np.sqrt(np.mean(squares)), rel=1e-6)
+    assert told.size[0] == pytest.approx(np.sqrt(np.mean([np.nansum(each.v_world**2) for each in middles])), rel=1e-6)
+    assert np.isnan(told.total[1])
