@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import EFFECTS, in_words, whose
+from estimator.fitting.campaigns.campaign import CampaignFit
 from estimator.measurements.trajectories.free_flights import share_of_gravity
 from estimator.reports.campaign_reporting import EffectValue
 from tumble.reports.verdict import Verdict
@@ -47,6 +48,23 @@ def fall_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator
     known = [share for share in shares if share is not None]
     if known:
         yield f"Positions fall with {np.median(known):.3g} times the stated gravity (along it, median of {len(known)} sequences)."
+
+
+def gravity_words(observations: Mapping[str, Observation | Trajectory], fit: CampaignFit) -> tuple[str, ...]:
+    """Size and direction of a gravity that a fit has changed: a direction that is off is a frame or a camera that is not level."""
+    if "gravity" not in fit.model.keys:
+        return ()
+    observation = next(iter(observations.values()))
+    stated = np.asarray(observation.surroundings.gravity_world if isinstance(observation, Trajectory) else observation.gravity_world)
+    fitted = stated + fit.state.theta[0][fit.model.slices[fit.model.keys.index("gravity")]]
+    sizes = [float(np.linalg.norm(each)) for each in (fitted, stated)]
+    if min(sizes) == 0.0:
+        return ()
+    angle = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(fitted, stated)), fitted @ stated)))
+    return (
+        f"Gravity as fitted is {sizes[0]:.3f} m/s2 (stated {sizes[1]:.3f}) and points {angle:.2f}° off the stated direction: a frame or a "
+        "camera that is not level by as much shows the same.",
+    )
 
 
 def ball_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:

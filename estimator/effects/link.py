@@ -379,7 +379,7 @@ class EffectModel:
         return x
 
     def tracked_by(self, theta: Array, x: Array, setting: Setting) -> Array:
-        """Derivatives (n, 3, q) of :meth:`tracked` by the parameters, central differences."""
+        """Derivatives (n, 3, q) m of :meth:`tracked` at ``x`` (n, 3) m, world frame, by the parameters, central differences."""
         found = np.zeros((*x.shape, len(theta)))
         for column, step in enumerate(p.step for p in self.entry.parameters):
             change = step * np.eye(len(theta))[column]

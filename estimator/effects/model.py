@@ -155,7 +155,7 @@ class Model:
         return x
 
     def tracked_by(self, theta: Array, x: Array, setting: Setting, step_m: float) -> Array:
-        """Derivatives (n, 3, q) of :meth:`tracked` by the parameters (q,); ``step_m``: for what later effects make of earlier ones."""
+        """Derivatives (n, 3, q) m of :meth:`tracked` by the parameters (q,); ``step_m``: for what later effects make of earlier ones."""
         found = np.zeros((*x.shape, len(theta)))
         for number, (effect, part) in enumerate(self.touching("tracked")):
             seen = partial(effect.tracked, theta[part], setting=setting)
@@ -190,7 +190,7 @@ class Model:
 
 
 def slope_of(report: Callable[[Array], Array], true: Array, step: float) -> Array:
-    """Derivatives (n, 3, 3) of what is reported by the true values (n, 3), central differences over a ``step``."""
+    """Derivatives (n, 3, 3) of reports by ``true`` values (n, 3), central differences over a ``step``; m, or rad/s of a gyroscope."""
     return np.stack([(report(true + d) - report(true - d)) / (2.0 * step) for d in step * np.eye(3)], axis=-1)
 
 

@@ -2,17 +2,21 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from datasets.json_documents import read_document
 from datasets.trajectory import Trajectory
+from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
 from estimator.measurements.trajectories.free_flights import share_of_gravity
 from tests.estimator.made_trajectories import GRAVITY, Hidden, Tracker, campaign
 from tests.estimator.measurements.trajectories.struck_tosses import RATE_HZ, toss
 from tests.tumble.test_trajectory_verbs import write_csv
 from tumble.cli.main import main
+from tumble.implausible import gravity_words
 
 
 def test_positions_in_another_unit_are_not_explained_by_an_acceleration(tmp_path: Path) -> None:
@@ -78,3 +82,13 @@ def test_gravity_the_wrong_way_is_told_as_what_it_is(tmp_path: Path) -> None:
     (share,) = [float(remark.split()[3]) for remark in verdict["remarks"] if remark.startswith("Positions fall with")]
     assert share == pytest.approx(-1.0, abs=0.02)
     assert verdict["sentence"].startswith(("No model of plausible values", "Something is missing that no effect"))
+
+
+def test_a_gravity_that_was_found_is_told_by_its_size_and_direction() -> None:
+    made = campaign(3, Hidden(), Tracker(rows=20), sequences=1)
+    dg = 9.81 * np.array([np.sin(np.deg2rad(2.0)), 0.0, 1.0 - np.cos(np.deg2rad(2.0))])
+    model = Model((MODELS["linear_drag"], MODELS["gravity"]))
+    fit = SimpleNamespace(model=model, state=SimpleNamespace(theta=(np.concatenate([[0.3], dg]),)))
+    (said,) = gravity_words({"toss": made[0]}, fit)  # type: ignore[arg-type]
+    assert said.startswith("Gravity as fitted is 9.810 m/s2 (stated 9.810) and points 2.00° off the stated direction")
+    assert gravity_words({"toss": made[0]}, SimpleNamespace(model=Model(()))) == ()  # type: ignore[arg-type]
