@@ -190,7 +190,7 @@ class Model:
 
 
 def slope_of(report: Callable[[Array], Array], true: Array, step: float) -> Array:
-    """Derivatives (n, 3, 3) of reports by ``true`` values (n, 3) m or rad/s, central differences over a ``step`` in that unit."""
+    """Derivatives (n, 3, 3) of reports by ``true`` values (n, 3) m or rad/s along any axes, central differences over a ``step``."""
     return np.stack([(report(true + d) - report(true - d)) / (2.0 * step) for d in step * np.eye(3)], axis=-1)
 
 
