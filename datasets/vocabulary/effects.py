@@ -203,7 +203,7 @@ _ENTRIES = (
         "length_scale",
         Stage.BODY,
         Scope.CAMPAIGN,
-        (Parameter("relative", "1", (-0.05, 0.05), 1e-4, "true size of the particle over that of its calibration, minus 1"),),
+        (Parameter("relative", "1", (-0.1, 0.1), 1e-4, "true size of the particle over that of its calibration, minus 1"),),
         "the particle in flight is (1 + relative) times as large as the calibrated views say (lengths of the rig are wrong)",
         "Hartley and Zisserman, Multiple View Geometry (2004), ch. 10: scale of a reconstruction",
     ),
