@@ -64,20 +64,28 @@ class Trajectory:
         return q is not None and bool(np.isfinite(q).all() and np.isfinite(self.x_world).all())
 
     def between(self, first: int, last: int) -> "Trajectory":
-        """The rows from number ``first`` to before ``last``."""
+        """The rows from number ``first`` to before ``last``; a spin that was measured once in the flight is that of their middle row."""
 
         def cut(of_rows: Array | None) -> Array | None:
             return None if of_rows is None else of_rows[first:last]
+
+        def cut_once(of_rows: Array | None) -> Array | None:
+            told = np.zeros(0, dtype=np.int64) if of_rows is None else np.flatnonzero(np.isfinite(of_rows).any(axis=1))
+            if of_rows is None or len(told) != 1 or first <= told[0] < last:
+                return cut(of_rows)
+            kept = np.full((last - first, 3), np.nan)
+            kept[len(kept) // 2] = of_rows[told[0]]
+            return kept
 
         return replace(
             self,
             times_s=self.times_s[first:last],
             x_world=self.x_world[first:last],
             q_world_tracked=cut(self.q_world_tracked),
-            omega_world=cut(self.omega_world),
+            omega_world=cut_once(self.omega_world),
             sigma_x=cut(self.sigma_x),
             sigma_theta=cut(self.sigma_theta),
-            sigma_omega=cut(self.sigma_omega),
+            sigma_omega=cut_once(self.sigma_omega),
             gyro=cut(self.gyro),
             sigma_gyro=cut(self.sigma_gyro),
         )

@@ -161,8 +161,8 @@ def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known,
     refuse_without_gravity([e.entry.key for e in _unstated(effects, known)], [t.surroundings.gravity_world for t in trajectories.values()])
     free = untouched(list(trajectories.values()))
     touching = {name: (*rows, len(trajectories[name].times_s)) for name, rows in free.items()}
-    tell_notes((*contact_words(touching, len(trajectories)), *repeated_words(trajectories)), quiet=quiet)
     trajectories |= {name: trajectories[name].between(*rows) for name, rows in free.items()}
+    tell_notes((*contact_words(touching, len(trajectories)), *repeated_words(trajectories)), quiet=quiet)
     with progress("register", len(trajectories), quiet=quiet) as advance:
         registered = register_trajectories(list(trajectories.values()), told=advance)
     return Prepared(registered, trajectories, left_out, touching)

@@ -303,7 +303,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
     of_contact = () if contact is None else (contact.sentence,)
-    axes = (*axes_words(campaign.observations, explanation.found), *gravity_words(campaign.observations, best.fit))
+    axes = (*axes_words(campaign.observations, explanation.found), *gravity_words(campaign.observations, of))
     unnamed = beside_words(left_out(best, explanation.fit.model.keys))
     of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *unnamed, *models_told(explanation))
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *of_contact))

@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import EFFECTS, in_words, whose
-from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.considered import Uncertain
 from estimator.measurements.trajectories.free_flights import share_of_gravity
 from estimator.reports.campaign_reporting import EffectValue
+from tumble.numbers import compact
 from tumble.reports.verdict import Verdict
 
 Array = NDArray[np.float64]
+CLEAR = 3.0
+"""Standard deviations from which a tilt is told."""
 
 
 def unbelieved(values: Sequence[EffectValue]) -> tuple[str, ...]:
@@ -50,20 +53,25 @@ def fall_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator
         yield f"Positions fall with {np.median(known):.3g} times the stated gravity (along it, median of {len(known)} sequences)."
 
 
-def gravity_words(observations: Mapping[str, Observation | Trajectory], fit: CampaignFit) -> tuple[str, ...]:
-    """Size and direction of a gravity that a fit has changed: a direction that is off is a frame or a camera that is not level."""
-    if "gravity" not in fit.model.keys:
+def gravity_words(observations: Mapping[str, Observation | Trajectory], of: Uncertain) -> tuple[str, ...]:
+    """How far a gravity that a fit has changed is off the stated direction, where it is: then a frame or a camera is not level."""
+    if "gravity" not in of.fit.model.keys:
         return ()
-    observation = next(iter(observations.values()))
+    observation, columns = next(iter(observations.values())), of.fit.model.layout.columns(["gravity"])
     stated = np.asarray(observation.surroundings.gravity_world if isinstance(observation, Trajectory) else observation.gravity_world)
-    fitted = stated + fit.state.theta[0][fit.model.slices[fit.model.keys.index("gravity")]]
-    sizes = [float(np.linalg.norm(each)) for each in (fitted, stated)]
-    if min(sizes) == 0.0:
+    size = float(np.linalg.norm(stated))
+    if size == 0.0:
         return ()
-    angle = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(fitted, stated)), fitted @ stated)))
+    across = np.eye(3) - np.outer(stated, stated) / size**2
+    off = across @ of.fit.state.theta[0][of.fit.model.slices[of.fit.model.keys.index("gravity")]]
+    length, along = float(np.linalg.norm(off)), off / max(float(np.linalg.norm(off)), np.finfo(np.float64).tiny)
+    sigma = float(np.sqrt(along @ of.of_values.of(0, columns) @ along))
+    if length <= CLEAR * sigma or length == 0.0:
+        return ()
+    angle, error = np.degrees([length / size, sigma / size])
     return (
-        f"Gravity as fitted is {sizes[0]:.3f} m/s2 (stated {sizes[1]:.3f}) and points {angle:.2f}° off the stated direction: a frame or a "
-        "camera that is not level by as much shows the same.",
+        f"The fitted gravity points {compact(float(angle), float(error))} degrees off the stated direction: a frame or a camera that is "
+        "not level by as much shows the same.",
     )
 
 

@@ -444,9 +444,9 @@ _ENTRIES = (
         "perspective",
         Stage.TRACKING,
         Scope.CAMPAIGN,
-        tuple(Parameter(f"q_{axis}", "1", (-0.05, 0.05), 1e-4, f"growth of the scale over the distance R along {axis}") for axis in "xyz"),
-        "measured x = x + R (q . u) u, u = (x - c) / R, c and R as of position_distortion: the scale of a plane that is filmed at an "
-        "angle, or of a volume whose cameras stand otherwise than they were calibrated, changes across it; projective to first order",
+        tuple(Parameter(f"q_{axis}", "1", (-0.1, 0.1), 1e-4, f"growth of the scale over the distance R along {axis}") for axis in "xyz"),
+        "measured x = c + R u / (1 - q . u), u = (x - c) / R, c and R as of position_distortion: the scale of a plane that is filmed at an "
+        "angle, or of a volume whose cameras stand otherwise than they were calibrated, changes across it",
         "Hartley and Zisserman, Multiple View Geometry in Computer Vision (2004), ch. 2 and 10",
     ),
     EffectEntry(

@@ -183,8 +183,20 @@ def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
     largest = 10.0 * float(np.sqrt(np.mean(tau**2)))
     sigma = _likeliest(lambda sigma: gain_of(tau, h, sigma), largest)
     sigma = sigma if gain_of(tau, h, sigma) > 0.0 else 0.0
-    error = float(np.sum(0.5 * (h / (1.0 + sigma**2 * h)) ** 2 * (2.0 * sigma) ** 2)) ** -0.5 if sigma else 0.0
+    error = float(np.sum(0.5 * (h / (1.0 + sigma**2 * h)) ** 2 * (2.0 * sigma) ** 2)) ** -0.5 if sigma else np.inf
+    error = min(error, _profile_error(tau, h, sigma))
     return JitterTest(sigma, error, p, gain)
+
+
+def _profile_error(tau: Array, h: Array, sigma: float) -> float:
+    """By how much more a jitter is one unit less likely in twice the logarithm: at zero there is no curvature to tell it; s.
+
+    ``tau`` (n,) s, ``h`` (n,) 1/s²: shifts of the times and their information.
+    """
+    best, step = gain_of(tau, h, sigma), float(np.median(h)) ** -0.5
+    while best - gain_of(tau, h, sigma + step) < 1.0:
+        step *= 2.0
+    return float(brentq(lambda more: best - gain_of(tau, h, sigma + more) - 1.0, 0.0, step))
 
 
 def jitter_found_with(shifts: Sequence[TimeShifts], p: float, probability: float) -> float:

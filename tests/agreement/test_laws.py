@@ -399,13 +399,13 @@ def position_distortion(key: str) -> None:
 
 
 def perspective(key: str) -> None:
-    """Lengths at the distance R along the axis are larger by q, as much smaller at its other side, and as they are across it."""
+    """At the distance R along the axis the camera is nearer by the share q, further at the other side, and as it was across it."""
     setting = replace(SETTING, middle_world=np.array([1.0, 2.0, 3.0]), reach_m=0.5)
     step = 1e-4 * np.array([0.0, 1.0, 0.0])
     for side in (1.0, -1.0, 0.0):
         x = setting.middle_world + np.array([[0.5 * side, 0.0, 0.0]]) + np.array([[-0.5], [0.5]]) * step
         seen = MODELS[key].tracked(np.array([0.02, 0.0, 0.0]), x, setting)
-        np.testing.assert_allclose(np.linalg.norm(seen[1] - seen[0]) / np.linalg.norm(step), 1.0 + 0.02 * side, rtol=1e-9)
+        np.testing.assert_allclose(np.linalg.norm(seen[1] - seen[0]) / np.linalg.norm(step), 1.0 / (1.0 - 0.02 * side), rtol=1e-9)
     np.testing.assert_array_equal(MODELS[key].tracked(np.array([0.02, 0.0, 0.0]), setting.middle_world[None], setting)[0], [1.0, 2.0, 3.0])
 
 

@@ -84,11 +84,14 @@ def test_gravity_the_wrong_way_is_told_as_what_it_is(tmp_path: Path) -> None:
     assert verdict["sentence"].startswith(("No model of plausible values", "Something is missing that no effect"))
 
 
-def test_a_gravity_that_was_found_is_told_by_its_size_and_direction() -> None:
-    made = campaign(3, Hidden(), Tracker(rows=20), sequences=1)
-    dg = 9.81 * np.array([np.sin(np.deg2rad(2.0)), 0.0, 1.0 - np.cos(np.deg2rad(2.0))])
+@pytest.mark.parametrize(("tilt_deg", "more", "said"), [(2.0, 0.0, True), (0.0, 0.2, False), (0.05, 0.0, False)])
+def test_a_gravity_that_is_tilted_is_told_by_its_direction(tilt_deg: float, more: float, said: bool) -> None:
+    made, tilt = campaign(3, Hidden(), Tracker(rows=20), sequences=1), np.deg2rad(tilt_deg)
+    dg = 9.81 * np.array([np.sin(tilt), 0.0, 1.0 - np.cos(tilt)]) + np.array([0.0, 0.0, more])
     model = Model((MODELS["linear_drag"], MODELS["gravity"]))
     fit = SimpleNamespace(model=model, state=SimpleNamespace(theta=(np.concatenate([[0.3], dg]),)))
-    (said,) = gravity_words({"toss": made[0]}, fit)  # type: ignore[arg-type]
-    assert said.startswith("Gravity as fitted is 9.810 m/s2 (stated 9.810) and points 2.00° off the stated direction")
-    assert gravity_words({"toss": made[0]}, SimpleNamespace(model=Model(()))) == ()  # type: ignore[arg-type]
+    of = SimpleNamespace(fit=fit, of_values=SimpleNamespace(of=lambda number, columns: 0.01**2 * np.eye(len(columns))))
+    told = gravity_words({"toss": made[0]}, of)  # type: ignore[arg-type]
+    assert bool(told) == said
+    if said:
+        assert told[0].startswith("The fitted gravity points 2.000 ± 0.058 degrees off the stated direction")

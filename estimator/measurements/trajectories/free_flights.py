@@ -102,15 +102,37 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
 def free_rows(times_s: Array, x: Array, gravity: Array, sigma: float) -> tuple[int, int]:
     """From which row on a path is free, let go of or thrown, and the one before which it is until it touches something.
 
-    ``times_s`` (n,), world frame ``x`` (n, c) m and ``gravity`` (c,) m/s² along the c axes that were measured, noise ``sigma`` (m). Of what
-    falls, a film that runs backwards shows the hand that lets go as a contact.
+    ``times_s`` (n,), world frame ``x`` (n, c) m and ``gravity`` (c,) m/s² along the c axes that were measured, noise ``sigma`` (m). What
+    lies still is left out first; of what falls, a film that runs backwards shows a hand that lets go with a jump of the velocity as a
+    contact. A hand that speeds up smoothly makes none.
     """
-    last = rows_before_contact(times_s, x, gravity, sigma)
-    return last - rows_before_contact(-times_s[:last][::-1], x[:last][::-1], gravity, sigma), last
+    first = rows_at_rest(times_s, x, gravity, sigma)
+    let_go, last = (first + row for row in until_contact(times_s[first:], x[first:], gravity, sigma))
+    caught, kept = until_contact(-times_s[let_go:last][::-1], x[let_go:last][::-1], gravity, sigma)
+    return last - kept, last - caught
 
 
-def rows_before_contact(times_s: Array, x: Array, gravity: Array, sigma: float) -> int:
-    """How many rows of a path come before the first contact; all, where there is none.
+def rows_at_rest(times_s: Array, x: Array, gravity: Array, sigma: float) -> int:
+    """How many rows lie still at the beginning of a path, long enough to show that they do not fall, as still as they show by themselves.
+
+    What moves at a constant velocity or falls is never further from the mean of where it was than 2.3 times its standard deviation there.
+
+    ``times_s`` (n,), world frame ``x`` (n, c) m and ``gravity`` (c,) m/s² along the c axes that were measured, noise ``sigma`` (m).
+    """
+    if len(x) <= LEAST_ROWS:
+        return 0
+    count, away = np.arange(1, len(x))[:, None], x - x[0]
+    mean = np.cumsum(away, axis=0)[:-1] / count
+    spread = np.sqrt(np.maximum(np.cumsum(away**2, axis=0)[:-1] / count - mean**2, 0.0).sum(axis=1))
+    off = np.linalg.norm(away[1:] - mean, axis=1) > SIGNIFICANT * np.maximum(TAILS * sigma * x.shape[1] ** 0.5, spread)
+    leaves = np.flatnonzero(off[LEAST_ROWS - 1 : -1] & off[LEAST_ROWS:])
+    still = int(leaves[0]) + LEAST_ROWS if len(leaves) else 0
+    bent = 0.5 * float(np.linalg.norm(gravity)) * (times_s[still - 1] - times_s[0]) ** 2 if still else 0.0
+    return still if bent > 2.0 * LEAST_SAG * max(TAILS * sigma, float(spread[still - 1])) else 0
+
+
+def until_contact(times_s: Array, x: Array, gravity: Array, sigma: float) -> tuple[int, int]:
+    """From where on a path falls, after what held it and let go with a jump, and the row before which it does until the first contact.
 
     ``times_s`` (n,), world frame ``x`` (n, c) m and ``gravity`` (c,) m/s² along the c axes that were measured, noise ``sigma`` (m). A
     contact is a jump of the velocity of what falls: the rows after it have left the parabola that those before go on with, and their
@@ -118,19 +140,21 @@ def rows_before_contact(times_s: Array, x: Array, gravity: Array, sigma: float) 
     already, reversed, could make. A gap in the clock moves rows along the path, and leaves velocities alone; so that no single bad row
     makes one, each row before it is left out in turn. Nor does one hide it: those that are far off the others count in no parabola, and
     the last one before may be bad. What comes back to the parabola touched nothing.
-    What is held, and let go, lies still before rather than falls. Seen are contacts after a flight of ``LEAST_ROWS`` rows and
-    ``MOST_CONTACT`` more, with two rows after them, whose jump is above noise within three rows.
+    What is held, and let go, lies still before rather than falls: the path is looked at from there on. Seen are contacts after a flight
+    of ``LEAST_ROWS`` rows and ``MOST_CONTACT`` more, with two rows after them, whose jump is above noise within three rows.
     """
     fallen = x - 0.5 * gravity * (times_s - times_s[:1])[:, None] ** 2
-    for row in range(LEAST_ROWS + MOST_CONTACT, len(x) - 1):
-        before, after = np.arange(max(0, row - BEFORE), row), np.arange(row, min(row + MOST_CONTACT, len(x)))
+    first, row = 0, LEAST_ROWS + MOST_CONTACT - 1
+    while (row := row + 1) < len(x) - 1:
+        before, after = np.arange(max(first, row - BEFORE), row), np.arange(row, min(row + MOST_CONTACT, len(x)))
         left = any(_left_by_all(times_s, fallen, rows, after, TAILS * sigma) for rows in (before, before[:-1]))
         if left and not _comes_back(times_s, fallen, before, TAILS * sigma):
-            flown = _not_bad(times_s, fallen, np.arange(row), TAILS * sigma)
+            flown = _not_bad(times_s, fallen, np.arange(first, row), TAILS * sigma)
             share = share_of_gravity(times_s[flown], x[flown], gravity)
-            falls = share is None or abs(1.0 - share) < abs(share)
-            return _free(times_s, fallen, row, TAILS * sigma) if falls else len(x)
-    return len(x)
+            if share is None or abs(1.0 - share) < abs(share):
+                return first, _free(times_s, fallen, (first, row), TAILS * sigma)
+            first, row = row, row + LEAST_ROWS + MOST_CONTACT - 1
+    return first, len(x)
 
 
 @dataclass(frozen=True)
@@ -219,9 +243,10 @@ def _jumps(times_s: Array, fallen: Array, before: NDArray[np.intp], after: NDArr
     return bool((faster > force * later[1:] + SIGNIFICANT * sure).all())
 
 
-def _free(times_s: Array, fallen: Array, row: int, noise: float) -> int:
-    """How many rows before a jump at ``row`` are free: those of a contact that lasts have left the path, the last one may have."""
-    before = np.arange(max(0, row - BEFORE), row - MOST_CONTACT)
+def _free(times_s: Array, fallen: Array, between: tuple[int, int], noise: float) -> int:
+    """Before which row a path is free ``between`` a row and a jump: those of a contact that lasts have left it, the last one may have."""
+    first, row = between
+    before = np.arange(max(first, row - BEFORE), row - MOST_CONTACT)
     near = np.arange(row - MOST_CONTACT, row)
     off, sure = _Path.through(times_s[before], fallen[before], noise).beyond(times_s[near], fallen[near])
     return int(next(iter(near[off > SIGNIFICANT * sure]), row - 1))

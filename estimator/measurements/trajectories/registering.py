@@ -77,10 +77,12 @@ def _stated_lengths(trajectories: Sequence[Trajectory]) -> tuple[Fact, ...]:
 
 
 def _in_one_volume(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:
-    """The sequences with the middle and the size of all their positions in their settings."""
-    places = np.concatenate([np.zeros((0, 3)), *(task.x_world[task.seen("x").all(axis=1)] for task in tasks)])
-    middle = places.mean(axis=0) if len(places) else np.zeros(3)
-    reach = float(np.sqrt(np.mean(np.sum((places - middle) ** 2, axis=1)))) if len(places) > 1 else 0.0
+    """The sequences with the middle and the size of all their positions in their settings, by the axes that were measured."""
+    seen = np.concatenate([np.zeros((0, 3), dtype=np.bool_), *(task.seen("x") for task in tasks)])
+    places = np.concatenate([np.zeros((0, 3)), *(task.x_world for task in tasks)])
+    along = [places[there, axis] for axis, there in enumerate(seen.T)]
+    middle = np.array([each.mean() if len(each) else 0.0 for each in along])
+    reach = float(np.sqrt(sum(each.var() for each in along if len(each))))
     return [replace(task, setting=replace(task.setting, middle_world=middle, reach_m=reach or 1.0)) for task in tasks]
 
 

@@ -1,12 +1,18 @@
 """Positions whose scale changes across what is measured: a plane that is filmed at an angle, cameras that were moved after calibration.
 
-``x + R (q · u) u``, ``u = (x - c) / R``: a projective map to first order, without what is the same everywhere [Hartley and Zisserman 2004,
-ch. 2 and 10]. A stick that was laid in one place tells the scale there. A free flight that is measured so is fitted by a small force that
-goes with the square of its velocity. Valid where the scale changes by little; c and R are those of the positions themselves.
+``c + R u / (1 - q · u)``, ``u = (x - c) / R``: a projective map without what is the same everywhere [Hartley and Zisserman 2004, ch. 2 and
+10]. A plane that is filmed from a distance D and turned by an angle ``a`` has ``q = R sin(a) / D`` along the side that is nearer. A stick
+that was laid in one place tells the scale there. A free flight that is measured so is fitted by a small force that goes with the square of
+its velocity. c and R are those of the positions themselves; about another place the map is another one, by second order in q alone.
 """
+
+import numpy as np
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Setting
+
+NEAREST = 0.1
+"""Share of the camera's distance that nothing is nearer than: a trial step may lead behind the camera."""
 
 
 class Perspective(EffectModel):
@@ -15,6 +21,6 @@ class Perspective(EffectModel):
     entry = EFFECTS["perspective"]
 
     def tracked(self, theta: Array, x: Array, setting: Setting) -> Array:
-        """Further out where the scale is larger."""
-        u = (x - setting.middle_world) / setting.reach_m
-        return x + setting.reach_m * (u @ theta)[:, None] * u
+        """Further out where the scale is larger; no further than where the map ends."""
+        arm = x - setting.middle_world
+        return setting.middle_world + arm / np.maximum(1.0 - (arm @ theta)[:, None] / setting.reach_m, NEAREST)

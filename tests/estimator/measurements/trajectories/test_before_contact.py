@@ -109,7 +109,7 @@ def test_a_marker_beside_the_centre_of_a_body_that_turns_is_no_contact(turn: flo
     assert before_contact(campaign(27, Hidden(com=(0.005, 0.0, 0.0), spin_rads=turn * 148.0), tracker, sequences=20)) == {}
 
 
-@pytest.mark.parametrize("rows", [3, 6, 15])
+@pytest.mark.parametrize("rows", [3, 6, 15, 40])
 def test_what_is_held_and_thrown_is_cut_where_it_is_let_go(rows: int) -> None:
     """But for those that are thrown so softly that they leave the hand as they would fall from rest."""
     rng, held = np.random.default_rng(7), []
@@ -122,20 +122,59 @@ def test_what_is_held_and_thrown_is_cut_where_it_is_let_go(rows: int) -> None:
     assert all(rows <= first <= rows + 1 for first, _ in found.values())
 
 
-def test_what_is_held_thrown_and_hits_is_cut_at_both_ends() -> None:
+@pytest.mark.parametrize("rate_hz", [60.0, 148.0, 240.0, 1000.0])
+def test_what_lies_still_before_it_drops_is_left_out(rate_hz: float) -> None:
+    """From rest: no velocity jumps, but what does not fall for so long is held."""
+    rng = np.random.default_rng(29)
+    for _ in range(6):
+        held, rows = int(rng.integers(0.2 * rate_hz, 0.4 * rate_hz)), int(0.4 * rate_hz)
+        fallen = np.maximum(np.arange(held + rows) - held, 0) / rate_hz
+        x = np.outer(-0.5 * 9.81 * fallen**2, [0.0, 0.0, 1.0]) + rng.normal(0.0, 3e-4, (held + rows, 3))
+        made = replace(
+            _flights()[0], times_s=np.arange(held + rows) / rate_hz, x_world=x, q_world_tracked=None, sigma_x=None, sigma_theta=None
+        )
+        ((first, last),) = untouched([made]).values()
+        assert last == held + rows
+        assert held <= first <= held + 1 + 0.03 * rate_hz
+
+
+def test_what_falls_from_rest_in_its_first_row_is_not_cut() -> None:
+    rng = np.random.default_rng(30)
+    times = np.arange(400) / 1000.0
+    x = np.outer(-0.5 * 9.81 * times**2, [0.0, 0.0, 1.0]) + rng.normal(0.0, 3e-4, (400, 3))
+    assert untouched([replace(_flights()[0], times_s=times, x_world=x, q_world_tracked=None, sigma_x=None, sigma_theta=None)]) == {}
+
+
+@pytest.mark.parametrize("rows", [5, 15, 40])
+def test_what_is_held_thrown_and_hits_is_cut_at_both_ends(rows: int) -> None:
     rng = np.random.default_rng(19)
     made = [toss(rng, rows=60) for _ in range(8)]
     held = []
     for i, each in enumerate(made):
         t = each.trajectory
-        x = np.concatenate([t.x_world[:1] + rng.normal(0.0, 2e-4, (5, 3)), t.x_world])
+        x = np.concatenate([t.x_world[:1] + rng.normal(0.0, 2e-4, (rows, 3)), t.x_world])
         times = np.arange(len(x)) / RATE_HZ
         held.append(replace(t, name=f"toss_{i}", times_s=times, x_world=x, q_world_tracked=None, sigma_theta=None))
     found = untouched(held)
     for each, t in zip(made, held, strict=True):
         first, last = found[t.name]
-        assert 5 <= first <= 6
-        assert abs(last - 5 - int(each.hits[0].time_s * RATE_HZ)) <= 1
+        assert rows <= first <= rows + 1
+        assert abs(last - rows - int(each.hits[0].time_s * RATE_HZ)) <= 1
+
+
+def test_a_spin_that_was_measured_once_stays_where_its_row_is_cut_off() -> None:
+    t = _flights()[0]
+    spin = np.full((40, 3), np.nan)
+    spin[20] = [1.0, 2.0, 3.0]
+    once = replace(t, omega_world=spin, sigma_omega=0.1 * spin)
+    for first, last in ((0, 15), (25, 40), (10, 30)):
+        cut = once.between(first, last)
+        assert cut.omega_world is not None
+        assert cut.sigma_omega is not None
+        (row,) = np.flatnonzero(np.isfinite(cut.omega_world).all(axis=1))
+        np.testing.assert_array_equal(cut.omega_world[row], [1.0, 2.0, 3.0])
+        np.testing.assert_allclose(cut.sigma_omega[row], [0.1, 0.2, 0.3])
+        assert len(cut.omega_world) == last - first
 
 
 def test_a_stated_noise_that_is_far_too_large_hides_no_contact() -> None:

@@ -97,3 +97,12 @@ def test_random_times_far_beyond_the_noise_settle_and_their_size_has_an_interval
     assert fit.settled
     assert value.value == pytest.approx(JITTER_S, abs=3.0 * value.sigma)
     assert 0.01 * JITTER_S < value.sigma < 0.1 * JITTER_S
+
+
+def test_random_times_that_are_not_there_have_an_upper_bound() -> None:
+    """At zero: the data say how large they may be."""
+    found = register_trajectories(campaign(1, Hidden(), Tracker(rows=30, orientation=False), sequences=3))
+    there, fit = fit_with(found.campaign, found.start, [MODELS["trigger_jitter"]])
+    (value,) = effect_values(replace(found, campaign=there), fit, campaign_covariance(there, fit))
+    assert value.value == 0.0
+    assert 1e-5 < value.sigma < 1e-3
