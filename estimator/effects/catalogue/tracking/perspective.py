@@ -3,7 +3,7 @@
 ``c + R u / (1 - q · u)``, ``u = (x - c) / R``: a projective map without what is the same everywhere [Hartley and Zisserman 2004, ch. 2 and
 10]. A plane that is filmed from a distance D and turned by an angle ``a`` has ``q = R sin(a) / D`` along the side that is nearer. A stick
 that was laid in one place tells the scale there. A free flight that is measured so is fitted by a small force that goes with the square of
-its velocity. c and R are those of the positions themselves; about another place the map is another one, by second order in q alone.
+its velocity. Valid where ``q · u`` is below one. c and R are those of the positions themselves: elsewhere the scale is another one.
 """
 
 import numpy as np
