@@ -203,7 +203,7 @@ _ENTRIES = (
         "length_scale",
         Stage.BODY,
         Scope.CAMPAIGN,
-        (Parameter("relative", "1", (-0.1, 0.1), 1e-4, "true size of the particle over that of its calibration, minus 1"),),
+        (Parameter("relative", "1", (-0.05, 0.05), 1e-4, "true size of the particle over that of its calibration, minus 1"),),
         "the particle in flight is (1 + relative) times as large as the calibrated views say (lengths of the rig are wrong)",
         "Hartley and Zisserman, Multiple View Geometry (2004), ch. 10: scale of a reconstruction",
     ),
@@ -444,7 +444,7 @@ _ENTRIES = (
         "perspective",
         Stage.TRACKING,
         Scope.CAMPAIGN,
-        tuple(Parameter(f"q_{axis}", "1", (-0.1, 0.1), 1e-4, f"growth of the scale over the distance R along {axis}") for axis in "xyz"),
+        tuple(Parameter(f"q_{axis}", "1", (-0.02, 0.02), 1e-4, f"growth of the scale over the distance R along {axis}") for axis in "xyz"),
         "measured x = c + R u / (1 - q . u), u = (x - c) / R, c and R as of position_distortion: the scale of a plane that is filmed at an "
         "angle, or of a volume whose cameras stand otherwise than they were calibrated, changes across it",
         "Hartley and Zisserman, Multiple View Geometry in Computer Vision (2004), ch. 2 and 10",
