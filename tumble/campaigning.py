@@ -174,8 +174,9 @@ def contact_words(touching: Mapping[str, tuple[int, int, int]], of: int) -> tupl
         return ()
     told = [f"{name} (rows {first + 1} to {last} of {recorded})" for name, (first, last, recorded) in touching.items()]
     more = [f"{len(told) - MOST_CUT} more"] if len(told) > MOST_CUT else []
+    held = ", or they lie still at first" if any(first for first, _, _ in touching.values()) else ""
     return (
-        f"{len(touching)} of {of} sequences touch something: their velocity jumps as no force makes it. The free flight is used: "
+        f"{len(touching)} of {of} sequences touch something: their velocity jumps as no force makes it{held}. The free flight is used: "
         f"{', '.join([*told[:MOST_CUT], *more])}. Impacts themselves are measured by tumble estimate, from poses.",
     )
 

@@ -345,13 +345,7 @@ class EffectModel:
 
     def body_by(self, theta: Array, setting: Setting) -> Array:
         """Derivatives (8, q) of centre of mass (m) and inertia by the parameters, central differences."""
-        found = np.zeros((8, len(theta)))
-        for column, step in enumerate(p.step for p in self.entry.parameters):
-            up, down = theta.copy(), theta.copy()
-            up[column], down[column] = up[column] + step, down[column] - step
-            high, low = self.body(up, setting), self.body(down, setting)
-            found[:, column] = np.concatenate([high.com - low.com, high.inertia - low.inertia]) / (2.0 * step)
-        return found
+        return self._by_differences(lambda at: np.concatenate([(of := self.body(at, setting)).com, of.inertia]), theta)
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """Acceleration (m, 3) m/s² beside gravity, ``theta`` (m, q); ``None``: none."""
@@ -380,16 +374,17 @@ class EffectModel:
 
     def tracked_by(self, theta: Array, x: Array, setting: Setting) -> Array:
         """Derivatives (n, 3, q) m of :meth:`tracked` at ``x`` (n, 3) m, world frame, by the parameters, central differences."""
-        found = np.zeros((*x.shape, len(theta)))
-        for column, step in enumerate(p.step for p in self.entry.parameters):
-            change = step * np.eye(len(theta))[column]
-            found[..., column] = (self.tracked(theta + change, x, setting) - self.tracked(theta - change, x, setting)) / (2.0 * step)
-        return found
+        return self._by_differences(lambda at: self.tracked(at, x, setting), theta)
 
     def reading(self, theta: Array, omega: Array) -> Array:
         """What a gyroscope reads (n, 3) rad/s of angular velocities ``omega`` (n, 3) rad/s along its axes."""
         del theta
         return omega
+
+    def _by_differences(self, says: Callable[[Array], Array], theta: Array) -> Array:
+        """Derivatives (..., q) of what an effect ``says`` at parameters, about ``theta`` (q,)."""
+        steps = np.diag([p.step for p in self.entry.parameters])
+        return np.stack([(says(theta + d) - says(theta - d)) / (2.0 * d.sum()) for d in steps], axis=-1)
 
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
         """Where ``points_px`` (v, 2) seen at ``times_s`` (v,) would be in a camera without the effect."""

@@ -6,13 +6,8 @@ that was laid in one place tells the scale there. A free flight that is measured
 its velocity. Valid where ``q · u`` is below one. c and R are those of the positions themselves: elsewhere the scale is another one.
 """
 
-import numpy as np
-
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Setting
-
-NEAREST = 0.1
-"""Share of the camera's distance that nothing is nearer than: a trial step may lead behind the camera."""
 
 
 class Perspective(EffectModel):
@@ -21,6 +16,6 @@ class Perspective(EffectModel):
     entry = EFFECTS["perspective"]
 
     def tracked(self, theta: Array, x: Array, setting: Setting) -> Array:
-        """Further out where the scale is larger; no further than where the map ends."""
+        """Further out where the scale is larger."""
         arm = x - setting.middle_world
-        return setting.middle_world + arm / np.maximum(1.0 - (arm @ theta)[:, None] / setting.reach_m, NEAREST)
+        return setting.middle_world + arm / (1.0 - (arm @ theta)[:, None] / setting.reach_m)

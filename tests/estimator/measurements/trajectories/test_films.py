@@ -47,7 +47,7 @@ def found_in(turned_deg: float, drag: float = 0.0, from_m: tuple[float, float] =
 
 @pytest.mark.parametrize("turned_deg", [6.0, -9.0])
 def test_a_plane_that_is_seen_at_an_angle_is_told_by_its_perspective(turned_deg: float) -> None:
-    """Before it was in the catalogue, accelerations of every throw, a distortion and something unknown."""
+    """Without it in the catalogue: a drag, or a distortion with accelerations and lengths, beside something unknown."""
     found = found_in(turned_deg)
     assert found.found == ("perspective", "length_scale")
     setting, nearer = found.campaign.sequences[0].setting, -np.sin(np.deg2rad(turned_deg)) / FROM_M
