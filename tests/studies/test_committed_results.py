@@ -53,14 +53,8 @@ def test_every_other_result_is_one_of_those_from_before_the_frame() -> None:
 BEFORE_THE_FRAME = """
 acceptance_contact.json
 acceptance_contact_chip.json
-acceptance_diamond.csv
 acceptance_impacts.json
-acceptance_rendered.csv
 acceptance_rendered_drops.json
-acceptance_silhouette.csv
-acceptance_silhouette.json
-acceptance_silhouette_73045998.csv
-acceptance_silhouette_73045998.json
 bench_crop.json
 bench_report.json
 challenge.json
