@@ -53,7 +53,7 @@ def contour_points(
     samples_px, outward_px
         Points on the exact outline, and unit vectors out of it along which each is measured.
     """
-    ideal = vertices_cam[:, :2] / vertices_cam[:, 2:]
+    ideal = np.column_stack([vertices_cam[:, axis] / vertices_cam[:, 2] for axis in (0, 1)])
     edges = contour_edges(mesh, ideal)
     samples = intrinsics.normalise(samples_px)
     tree = shapely.STRtree(shapely.linestrings(ideal[edges]))

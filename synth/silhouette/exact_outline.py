@@ -10,7 +10,9 @@ distorted (chords of at most ``MAX_CHORD_PX``, an error below 1e-5 px for modera
 Valid for closed, consistently oriented meshes that lie wholly in front of the camera.
 """
 
-from dataclasses import dataclass
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -26,24 +28,38 @@ from synth.silhouette.outer_ring import outer_ring
 Array = NDArray[np.float64]
 
 MAX_CHORD_PX = 1.0
+MOST_MESHES = 4
+"""Kept, with their outlines."""
+MOST_OUTLINES = 512
+"""Kept of a mesh, some 10 kB each: the bound of a flight is that of the outlines that its frames were made with."""
 
 
 @dataclass(frozen=True)
 class OutlineMesh:
-    """A closed mesh with its edges: ``edges`` (e, 2) vertex pairs and ``edge_faces`` (e, 2) the faces on either side."""
+    """A closed mesh with its edges: ``edges`` (e, 2) vertex pairs and ``edge_faces`` (e, 2) the faces on either side.
+
+    ``outlines`` (n, 2) px: the latest ones, by camera and pose.
+    """
 
     vertices: Float[NDArray[np.float64], "v 3"]
     faces: NDArray[np.int64]
     edges: NDArray[np.int64]
     edge_faces: NDArray[np.int64]
+    outlines: OrderedDict[tuple[Intrinsics, bytes, bytes], Array] = field(default_factory=OrderedDict, repr=False, compare=False)
 
 
 def outline_mesh(vertices: Float[NDArray[np.float64], "v 3"], faces: NDArray[np.int64]) -> OutlineMesh:
-    """Find the edges of a closed mesh once, for any number of outlines."""
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    """Find the edges of a closed mesh once, for any number of outlines; meshes of the same numbers are one."""
+    return _outline_mesh(np.asarray(vertices, dtype=np.float64).tobytes(), np.asarray(faces, dtype=np.int64).tobytes())
+
+
+@lru_cache(maxsize=MOST_MESHES)
+def _outline_mesh(vertices: bytes, faces: bytes) -> OutlineMesh:
+    points, triangles = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
+    mesh = trimesh.Trimesh(points, triangles, process=False)
     return OutlineMesh(
-        np.asarray(vertices, dtype=np.float64),
-        np.asarray(faces, dtype=np.int64),
+        points,
+        triangles,
         np.asarray(mesh.face_adjacency_edges, dtype=np.int64),
         np.asarray(mesh.face_adjacency, dtype=np.int64),
     )
@@ -62,14 +78,24 @@ def exact_outline(
     ValueError
         Where a vertex does not lie in front of the camera.
     """
+    seen = (intrinsics, R_cam_particle.tobytes(), t_cam_particle.tobytes())
+    if seen not in mesh.outlines:
+        mesh.outlines[seen] = _outline(mesh, intrinsics, R_cam_particle, t_cam_particle)
+        if len(mesh.outlines) > MOST_OUTLINES:
+            mesh.outlines.popitem(last=False)
+    return mesh.outlines[seen].copy()
+
+
+def _outline(mesh: OutlineMesh, intrinsics: Intrinsics, R_cam_particle: Array, t_cam_particle: Array) -> Array:
     points_cam = mesh.vertices @ R_cam_particle.T + t_cam_particle
     if points_cam[:, 2].min() <= 0:
         raise ValueError(f"the mesh must lie in front of the camera; its nearest vertex has z = {points_cam[:, 2].min():.4g} m")
-    ideal = points_cam[:, :2] / points_cam[:, 2:] * [intrinsics.fx_px, intrinsics.fy_px]
+    focal_px = (intrinsics.fx_px, intrinsics.fy_px)
+    ideal = np.column_stack([points_cam[:, axis] / points_cam[:, 2] * focal_px[axis] for axis in (0, 1)])
     ring = outer_ring(contour_segments(mesh, ideal))
     if any(intrinsics.distortion):
         ring = _subdivided(ring)
-    return oriented(intrinsics.distort(ring / [intrinsics.fx_px, intrinsics.fy_px]))
+    return oriented(intrinsics.distort(ring / focal_px))
 
 
 def contour_segments(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v 2"]) -> Float[NDArray[np.float64], "s 2 2"]:
@@ -79,10 +105,10 @@ def contour_segments(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v
 
 def contour_edges(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v 2"]) -> NDArray[np.int64]:
     """The contour edges as pairs (s, 2) of vertices; ``projected`` are all vertices in ideal image coordinates (any scale)."""
-    x, y = (np.ascontiguousarray(projected[:, axis])[mesh.faces.T] for axis in (0, 1))
+    x, y = (projected[:, axis].take(mesh.faces.T) for axis in (0, 1))
     seen = (x[1] - x[0]) * (y[2] - y[0]) < (y[1] - y[0]) * (x[2] - x[0])
-    contour = seen[mesh.edge_faces[:, 0]] != seen[mesh.edge_faces[:, 1]]
-    return mesh.edges[contour]
+    either = seen.take(mesh.edge_faces)
+    return mesh.edges.take(np.flatnonzero(either[:, 0] != either[:, 1]), axis=0)
 
 
 def _subdivided(ring: Array) -> Array:

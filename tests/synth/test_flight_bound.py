@@ -15,8 +15,8 @@ from synth.flight_bound import MassPrior, flight_bound, with_bound
 from synth.motion import Start, fly
 from synth.motion.pose_sensitivity import INERTIA, STEP_RAD, mass_sensitivity, pose_sensitivity
 from synth.plan import SequencePlan
-from synth.sequence import plan_sequence, truth_of
-from synth.silhouette import noisy
+from synth.sequence import build_silhouette_sequence, plan_sequence, truth_of
+from synth.silhouette import noisy, outline_mesh
 from tests.reference.true_body_oracle import Oracle
 
 Array = NDArray[np.float64]
@@ -156,6 +156,14 @@ def test_a_camera_elsewhere_gives_the_same_bound_turned() -> None:
     expected = both @ bound_of(WHITE).covariance @ both.T
     scale = np.sqrt(np.diag(expected))
     assert bound.covariance / np.outer(scale, scale) == pytest.approx(expected / np.outer(scale, scale), abs=1e-5)
+
+
+def test_the_outlines_are_those_that_the_frames_were_made_with() -> None:
+    observation, truth = build_silhouette_sequence(RECIPE, 0)
+    kept = outline_mesh(truth.mesh_vertices, truth.mesh_faces).outlines
+    made = list(kept)
+    assert with_bound(truth, observation.cameras[0], RECIPE.noise).bound is not None
+    assert list(kept) == made
 
 
 def test_what_is_no_free_flight_in_noise_has_no_bound() -> None:

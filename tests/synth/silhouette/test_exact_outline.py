@@ -132,3 +132,16 @@ def test_segments_left_out_wrongly_are_taken_after_all(monkeypatch: pytest.Monke
 def test_a_body_behind_the_camera_is_refused() -> None:
     with pytest.raises(ValueError, match="in front of the camera"):
         exact_outline(scaled(bodies()[0]), HSV, np.eye(3), np.zeros(3))
+
+
+def test_a_kept_outline_is_that_of_its_own_pose_and_camera() -> None:
+    mesh = scaled(bodies()[0])
+    (R, t), (other, _) = pose(3), pose(4)
+    first = exact_outline(mesh, HSV, R, t)
+    for changed in ((BENT, R, t), (HSV, other, t), (HSV, R, 1.1 * t)):
+        assert not np.array_equal(exact_outline(mesh, *changed), first)
+    again = exact_outline(outline_mesh(mesh.vertices.copy(), mesh.faces.copy()), HSV, R, t)
+    assert np.array_equal(again, first)
+    again[:] = 0.0
+    assert np.array_equal(exact_outline(mesh, HSV, R, t), first)
+    assert not np.array_equal(exact_outline(outline_mesh(1.1 * mesh.vertices, mesh.faces), HSV, R, t), first)
