@@ -39,8 +39,19 @@ from studies.flights.bodies import REGULAR
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item
 
-FITS = {"tangents": Configuration(surface_fit=0), "samples": Configuration(surface_fit=2, offset_prior_px=0.001)}
-"""Outlines have no offset here, and who knows that states it: beside gravity their size alone says how far away a body is."""
+FITS = {
+    "default": Configuration(),
+    "tangents": Configuration(surface_fit=0),
+    "samples": Configuration(surface_fit=2, offset_prior_px=0.001),
+}
+"""By samples, outlines have no offset here, and who knows that states it: beside gravity their size alone says how far away a body is."""
+
+FITTED = {
+    "default": "as by default",
+    "tangents": "by tangents alone (`surface_fit = 0`; no longer the default)",
+    "samples": "by samples (`surface_fit = 2`)",
+}
+"""How the page says it."""
 
 
 def particle_of(body: str, particles: str) -> ParticleRecipe:
@@ -90,7 +101,8 @@ def page(result: dict[str, Any]) -> str:
     return f"""# Impacts in the silhouette tier
 
 {result["sequences"]} particles dropped on an inclined plate, 40–60 frames before and after the first impact, 0.2 px boundary noise,
-started from nothing. Seed {result["seed"]}; written by `python -m scripts.acceptance.acceptance_impacts`.
+started from nothing, fitted {FITTED[result.get("fit", "tangents")]}. Seed {result["seed"]};
+written by `python -m scripts.acceptance.acceptance_impacts`.
 
 {impacts_table(result)}
 
@@ -123,7 +135,7 @@ def main() -> int:
         bodies = {body: compared_figures({fit: part for fit, part in of.groupby("fit")}) for body, of in table.groupby("body", sort=False)}
         told, text = {"seed": seed, "bodies": bodies}, compared_table(bodies, arguments.fits)
     else:
-        told = {"seed": seed, **impact_figures(table)}
+        told = {"seed": seed, "fit": arguments.fits[0], **impact_figures(table)}
         text = page(told)
     print(json.dumps(told, indent=1, allow_nan=False))
     write_figures(told, text, arguments)

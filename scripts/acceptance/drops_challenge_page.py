@@ -6,21 +6,22 @@ reads what ``tumble challenge score --result`` wrote of a challenge made with ``
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from scripts.acceptance.challenge_page import INTERVAL, acceptance_lines, case_lines
 from studies.reporting.words import number, write_page
 
 RESULT, PAGE = Path("docs/results/drops_challenge.json"), Path("docs/studies/drops_challenge.md")
 DRAWN = {"single": 40, "control": 20}
 """Campaigns that the command below makes."""
+Row = Mapping[str, Any]
 
 
-def page_lines(result: Mapping[str, Any], cases: pd.DataFrame, remark: str = "") -> list[str]:
+def page_lines(result: Row, cases: pd.DataFrame, remark: str = "") -> list[str]:
     """The page; ``remark``: what else is to be known of this run."""
     (seed,) = result["challenges"] or {"unknown": 0}
     counts = {kind: result["counts"].get(kind, 0) for kind in DRAWN}
@@ -45,7 +46,7 @@ def page_lines(result: Mapping[str, Any], cases: pd.DataFrame, remark: str = "")
         "",
         "## Figures",
         "",
-        f"Shares {INTERVAL}; of impacts, a bootstrap over campaigns. An impact counts where it was a single contact.",
+        "Shares with their exact 95% intervals; of impacts, a bootstrap over campaigns. An impact counts where it was a single contact.",
         "",
         *acceptance_lines(result),
         "",
@@ -64,6 +65,50 @@ def page_lines(result: Mapping[str, Any], cases: pd.DataFrame, remark: str = "")
         "python -m scripts.acceptance.drops_challenge_page",
         "```",
     ]
+
+
+def acceptance_lines(result: Row) -> list[str]:
+    """The lines of acceptance."""
+    rows = []
+    for row in result["acceptance"]:
+        interval = f" ({number(row['low'])} to {number(row['high'])})" if _finite(row["low"]) else ""
+        value = f"{number(row['value'])}{interval} {row['unit']}" if _finite(row["value"]) else "–"
+        rows.append([row["line"], row["what"], value, str(row["n"]), bounds(row), row["verdict"]])
+    return table_lines(["", "figure", "value", "n", "asked", ""], rows)
+
+
+def case_lines(cases: pd.DataFrame) -> list[str]:
+    """What was hidden and what was named, case by case; *limit of its own*: by the solver's information about that very campaign."""
+    rows = []
+    for case in cases.sort_values(["kind", "hidden"]).fillna({"hidden": "", "group": ""}).itertuples():
+        right = (case.within_group or case.named_first) if case.kind == "single" else not case.false_alarm
+        group = ", ".join(_words(key) for key in str(case.group).split("+") if key)
+        sizes = [number(value) if _finite(value) else "–" for value in (case.ratio, case.own_ratio)]
+        errors = f"{number(case.base_px)} → {number(case.final_px)}" if _finite(case.base_px) else "–"
+        rows.append([_words(case.hidden or "nothing"), case.particle.replace("_", " "), *sizes, _words(case.first), group or "–", errors])
+        rows[-1].append("yes" if right else "**no**")
+    head = ["hidden", "particle", "size over the limit", "over the limit of its own", "named first", "alias group"]
+    return table_lines([*head, "held-out RMS (px)", "right"], rows)
+
+
+def bounds(row: Row) -> str:
+    """What was asked for."""
+    parts = [f"≥ {number(row['least'])}" if _finite(row["least"]) else "", f"≤ {number(row['most'])}" if _finite(row["most"]) else ""]
+    asked = " and ".join(part for part in parts if part)
+    return f"{asked} {row['unit']}" if asked else "–"
+
+
+def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """A Markdown table."""
+    return ["| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows)]
+
+
+def _finite(value: Any) -> bool:
+    return isinstance(value, int | float) and bool(np.isfinite(value))
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
 
 
 def main() -> int:

@@ -8,7 +8,6 @@ The first pass takes the tracked point for the centre of mass; its impacts say w
 """
 
 import json
-import time
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -134,7 +133,7 @@ def at_rest(path: Path) -> dict[str, float]:
 def centre_of_free_flight() -> float:
     """What the study of free flight named for the centre of mass along the third axis (m), lengths as measured."""
     stored = json.loads((DOCS / "results" / "real_tosses.json").read_text(encoding="utf-8"))
-    values = stored["explained_with_shared_effects"]["values"]
+    values = stored["explained"]["values"]
     return float(next(v["value"] for v in values if v["effect"] == "centre_of_mass" and v["parameter"] == "c3"))
 
 
@@ -185,7 +184,7 @@ def errors(residuals: Array) -> dict[str, float]:
 
 
 def model_entries(found: Validation, others: Sequence[MeasuredImpact], kinds: Sequence[str]) -> list[dict[str, Any]]:
-    """Each model: values, held-out errors on clear impacts, and errors of the same values on the others."""
+    """Each model: values, held-out errors on the impacts it is judged by, of these ``kinds``, and errors of the same values on others."""
     entries = []
     for ranked in found.ranking:
         judged, model = ranked.judged, ranked.model
@@ -222,12 +221,12 @@ def trends(entries: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def study(path: Path, work: Path) -> dict[str, Any]:
     """All figures."""
-    began = time.process_time()
     told, cube, estimates, impacts = passes(path, work)
     clear, others = [i for i in impacts if i.clear], [i for i in impacts if not i.clear]
     ready, rest = [measured(cube, i) for i in clear], [measured(cube, i) for i in others]
     found = validate(ready, Question(ONE_CONTACT, ACRYLIC_ON_WOOD), lambda step: print(f"  {step}", flush=True))
-    entries = [impact_entry(cube, i, c) for i, c in zip(clear, found.contacts, strict=True)]
+    judged = [m.name not in found.shared for m in ready]
+    entries = [impact_entry(cube, i, c) | {"judged": j} for i, c, j in zip(clear, found.contacts, judged, strict=True)]
     firsts = {i.toss: i for i in reversed(impacts)}
     return {
         "tosses": len(estimates),
@@ -250,9 +249,14 @@ def study(path: Path, work: Path) -> dict[str, Any]:
         "clear": entries,
         "unclear": [impact_entry(cube, i, None) for i in others],
         "trends": trends(entries),
-        "models": model_entries(found, rest, [e["kind"] for e in entries]),
+        "judged_impacts": sum(judged),
+        "models": model_entries(found, rest, [e["kind"] for e in entries if e["judged"]]),
         "all": judged_on_all(cube, impacts),
-        "changes": {"clear": errors(jumps(clear)), "several_contacts": errors(jumps(others))},
+        "changes": {
+            "judged": errors(jumps([i for i, j in zip(clear, judged, strict=True) if j])),
+            "clear": errors(jumps(clear)),
+            "several_contacts": errors(jumps(others)),
+        },
         "ladder": [
             {
                 "added": rung.added,
@@ -264,7 +268,6 @@ def study(path: Path, work: Path) -> dict[str, Any]:
         ],
         "verdict": {"sentence": found.verdict.sentence, "remarks": list(found.verdict.remarks)},
         "maps": [{"axis": m.axis, "kind": m.kind, "rank": m.rank_correlation, "p": m.p} for m in found.maps if m.telling],
-        "cpu_s": round(time.process_time() - began),
     }
 
 
@@ -321,10 +324,9 @@ def drawn(result: dict[str, Any]) -> Figure:
     middle.set_ylim(0.0, 0.3)
     names = [m["model"] for m in result["models"]]
     place = np.arange(len(names))
-    right.barh(place + 0.2, [100 * m["held_out"]["v_rms"] / result["changes"]["clear"]["v_rms"] for m in result["models"]], 0.38, label="v")
-    right.barh(
-        place - 0.2, [100 * m["held_out"]["omega_rms"] / result["changes"]["clear"]["omega_rms"] for m in result["models"]], 0.38, label="ω"
-    )
+    for off, key, label in ((0.2, "v_rms", "v"), (-0.2, "omega_rms", "ω")):
+        whole = result["changes"]["judged"][key]
+        right.barh(place + off, [100 * m["held_out"][key] / whole for m in result["models"]], 0.38, label=label)
     right.set_yticks(place, [name.replace(" + ", "\n+ ") for name in names], fontsize=7)
     right.invert_yaxis()
     right.set_xlabel("held-out error, % of the change")

@@ -1,11 +1,12 @@
-"""Real tosses of a cube, tracked by its tags: what the tool finds in their free flight, whatever it is.
+"""Real tosses of a cube, tracked by its tags: what ``tumble explain`` finds in their free flight, whatever it is.
 
 ``python -m scripts.real.real_tosses --tosses FOLDER`` writes ``docs/results/real_tosses.json`` and, from it, the page and picture in
 ``docs/studies``. FOLDER holds ``cube_tosses.npz`` (Pfrommer, Halm and Posa 2020): poses at 148 Hz, of which the rows before the cube's
-lowest corner comes near the board are used. Velocities in the file were filtered upstream and are not read. ``--page`` writes the page
-alone.
+lowest corner comes near the board are used. Velocities in the file were filtered upstream and are not read. The verb runs twice, once with
+the height of the cube at rest as a fact beside it. ``--page`` writes the page alone.
 """
 
+import json
 import time
 from collections.abc import Sequence
 from itertools import pairwise
@@ -17,24 +18,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from datasets.trajectory_files import read_trajectory, trajectories_in
-from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.diagnose import Diagnosis, diagnose, tested_values
-from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.noise_floor import noise_floor
-from estimator.diagnosis.residual_maps import residual_maps, shown
-from estimator.effects.choosing import catalogue
-from estimator.fitting.campaigns.base_model import base_fit
-from estimator.fitting.campaigns.campaign import CampaignFit
-from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
-from estimator.fitting.campaigns.held_out import held_out
-from estimator.fitting.campaigns.registered import Registered
-from estimator.measurements.trajectories.registering import register_trajectories
-from estimator.reports.campaign_reporting import effect_values
-from scripts.real.real_tosses_page import page
+from scripts.real.real_tosses_page import known_height, page, words
 from scripts.real.toss_study import TossStudy, toss_command
-from tumble.diagnosis_documents import value_entries
-from tumble.reports.map_words import sentence_of
+from tumble.cli.main import main as tumble
+from tumble.diagnosing import DIAGNOSIS_FILE
+from tumble.versions import versions
 
 Array = NDArray[np.float64]
 RATE_HZ, HALF_WIDTH_M, GRAVITY_MS2 = 148.0, 0.0524, 9.81
@@ -42,7 +30,6 @@ CLEAR_M, LEAST_ROWS = 0.003, 8
 """Height of the lowest corner above the board from which a row counts as free flight."""
 ENDS = 2
 """Rows left out at both ends, to see whether a hand or the board has a part in it."""
-ALONE = ("length_scale", "frame_rate", "gravity", "linear_drag", "quadratic_drag", "magnus_lift", "centre_of_mass", "spin_damping")
 
 
 def free_flights(path: Path) -> list[tuple[Array, Array]]:
@@ -86,83 +73,58 @@ def resting_height(path: Path) -> Array:
         return np.asarray(archive["data"][archive["offsets"][1:] - 1, 2])
 
 
-def values_of(registered: Registered, fit: CampaignFit) -> list[dict[str, Any]]:
-    """Fitted values with their standard deviations and intervals."""
-    return value_entries(effect_values(registered, fit, campaign_covariance(registered.campaign, fit)))
-
-
-def diagnosis_of(found: Diagnosis) -> dict[str, Any]:
-    """Every candidate: what it explains, its p-value, and its first values."""
-    rows = []
-    for finding in found.findings:
-        values = [
-            {"parameter": v.parameter.name, "value": v.value, "sigma": v.sigma} for v in tested_values(finding.test) if v.sequence is None
-        ]
-        rows.append({"effect": finding.key, "share": finding.share, "p": finding.p, "columns": len(finding.test.columns), "values": values})
-    return {"group": list(found.group), "candidates": rows}
-
-
-def explanation_of(registered: Registered, told: Explanation) -> dict[str, Any]:
-    """The steps, what was dropped, what is in the last model, and what is left unknown."""
-    steps = [
-        {"added": s.added, "group": list(s.group), "before": s.before.rms_px, "after": s.after.rms_px, "probability": s.probability}
-        for s in told.steps
-    ]
-    left = {"stage": told.left.stage.value, "p": told.left.p, "present": told.left.present}
+def told_by_explain(observations: Path, out: Path, known: Sequence[str] = ()) -> dict[str, Any]:
+    """What the verb ends with, ``known`` facts stated: values, names, errors, tests of the first model; CPU time (s) of one process."""
+    began = time.process_time()
+    stated = [word for fact in known for word in ("--known", fact)]
+    code = tumble(["explain", str(observations), *stated, "--jobs", "1", "--quiet", "--force", "--out", str(out)])
+    cpu_s = time.process_time() - began
+    if code != 0:
+        raise RuntimeError(f"tumble explain ended with {code}, expected 0")
+    told = json.loads((out / DIAGNOSIS_FILE).read_text(encoding="utf-8"))
+    estimates = [json.loads(path.read_text(encoding="utf-8"))["statistics"] for path in sorted(out.glob("*.estimate.json"))]
+    scatter = [remark for remark in told["verdict"]["remarks"] if "differs from sequence to sequence" in remark]
+    unknown = told["unknown"]
     return {
-        "steps": steps,
-        "found": list(told.found),
-        "values": values_of(registered, told.fit),
-        "left": left,
+        "sentence": told["verdict"]["sentence"],
+        "limit": told["limits"]["sentence"],
+        "noise": next(each["noise"] for each in estimates if each["noise"]),
+        "model": told["model"],
+        "values": [v for v in told["values"] if v["sequence"] is None],
+        "names": told["names"],
+        "steps": [{key: step[key] for key in ("added", "group", "probability", "sure", "worth", "p")} for step in told["steps"]],
+        "scatter": scatter,
+        "held_out": [{"added": rung["added"], "rms": rung["held_out"]["rms_px"]} for rung in told["ladder"]],
+        "unknown": unknown and {**{key: unknown[key] for key in ("stage", "family", "p")}, "rms": unknown["after"]["rms_px"]},
+        "floor": {key: told["noise_floor"][key] for key in ("floor_px", "reduced_chi_square", "interval")},
+        "first_tests": [{key: c[key] for key in ("effect", "share", "p", "log_odds")} for c in told["begun"]["candidates"]],
+        "not_applicable": sorted(told["not_applicable"]),
+        "cpu_s": round(cpu_s),
     }
-
-
-def alone(registered: Registered, base: CampaignFit) -> list[dict[str, Any]]:
-    """Some effects, each fitted as the only one: values and the error on what was not fitted."""
-    effects, rows = catalogue(), []
-    for key in ALONE:
-        campaign, fit = with_effect(registered.campaign, base, effects[key])
-        judged = held_out(campaign, fit.state, fit.model)
-        rows.append({"effect": key, "held_out": judged.rms_px, "values": values_of(registered, fit)})
-    return rows
 
 
 def study(path: Path, folder: Path) -> dict[str, Any]:
     """All figures."""
     flights = free_flights(path)
-    write_flights(flights, folder)
-    registered = register_trajectories([read_trajectory(file, {}) for file in trajectories_in(folder)])
-    campaign, began = registered.campaign, time.monotonic()
-    base = base_fit(campaign, registered.start)
-    floor = noise_floor(campaign, base, np.random.default_rng(0))
+    write_flights(flights, folder / "tosses")
     falls, rest = plain_falls(flights), resting_height(path)
     inner = plain_falls([(x[ENDS:-ENDS], q[ENDS:-ENDS]) for x, q in flights if len(x) >= LEAST_ROWS + 2 * ENDS])
-    effects = catalogue()
-    shared = {key: effect for key, effect in effects.items() if key != "uniform_acceleration"}
-    found = diagnose(campaign, base, effects)
+    at_rest = {"median": float(np.median(rest)), "sigma": float(np.std(rest)), "spread": float(np.ptp(rest)), "half_width": HALF_WIDTH_M}
     return {
+        "versions": versions(),
         "tosses": len(flights),
         "rows": [len(x) for x, _ in flights],
-        "noise": {"sigma": campaign.sequences[0].sigma[0].tolist(), "repeats": campaign.sequences[0].repeats.tolist()},
-        "floor": {"rms": floor.rms_px, "noise": floor.floor_px, "reduced": floor.reduced, "interval": list(floor.interval)},
-        "autocorrelation": dict(zip(map(str, floor.lags.tolist()), floor.autocorrelation.tolist(), strict=True)),
-        "maps": [sentence_of(m) for m in shown(residual_maps(campaign, base)) if m.significant],
-        "held_out_base": held_out(campaign, base.state, base.model).rms_px,
-        "diagnosis": diagnosis_of(found),
-        "not_applicable": sorted(key for key, e in effects.items() if campaign.kind.why_not(campaign, e) is not None),
-        "alone": alone(registered, base),
-        "explained": explanation_of(registered, explain(campaign, registered.start, effects)),
-        "explained_with_shared_effects": explanation_of(registered, explain(campaign, registered.start, shared)),
+        "explained": told_by_explain(folder / "tosses", folder / "explained"),
+        "explained_beside_height": told_by_explain(folder / "tosses", folder / "explained_beside_height", [known_height(at_rest)]),
         "plain_falls_ms2": falls.tolist(),
         "plain_fall_median_ms2": np.median(falls, axis=0).tolist(),
         "plain_fall_median_without_ends_ms2": np.median(inner, axis=0).tolist(),
-        "resting_height_m": {"median": float(np.median(rest)), "spread": float(np.ptp(rest)), "half_width": HALF_WIDTH_M},
-        "seconds": round(time.monotonic() - began),
+        "resting_height_m": at_rest,
     }
 
 
 def drawn(result: dict[str, Any]) -> Figure:
-    """How fast each toss falls, and the error on what was not fitted, model by model."""
+    """How fast each toss falls, and the error on what was not fitted, effect by effect."""
     figure = Figure(figsize=(9.0, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     falls = -np.array(result["plain_falls_ms2"])[:, 2]
@@ -173,16 +135,20 @@ def drawn(result: dict[str, Any]) -> Figure:
     left.set_ylabel("acceleration downwards, m/s²")
     left.set_ylim(8.5, 10.0)
     left.legend(loc="lower left", fontsize=8)
-    names = ["free flight", *(row["effect"].replace("_", " ") for row in result["alone"])]
-    values = [result["held_out_base"], *(row["held_out"] for row in result["alone"])]
-    right.barh(names[::-1], values[::-1], color="tab:blue")
+    told = result["explained"]
+    rungs = [("free flight" if rung["added"] is None else f"+ {words(rung['added'])}", rung["rms"]) for rung in told["held_out"]]
+    if told["unknown"]:
+        rungs.append((f"+ {words(told['unknown']['family'])}", told["unknown"]["rms"]))
+    right.barh([name for name, _ in rungs[::-1]], [rms for _, rms in rungs[::-1]], color="tab:blue")
+    right.axvline(told["floor"]["floor_px"], color="0.4", linestyle="--", label="noise floor")
     right.set_xlabel("held-out RMS residual, σ")
+    right.legend(loc="lower right", fontsize=8)
     return figure
 
 
 def main() -> int:
     """Run, or take the result that is there, and write page and picture."""
-    return toss_command(TossStudy("real_tosses", "the trajectories are written", study, drawn, page), __doc__)
+    return toss_command(TossStudy("real_tosses", "the trajectories and what is told of them are written", study, drawn, page), __doc__)
 
 
 if __name__ == "__main__":

@@ -1,178 +1,167 @@
 """The page on real tosses of a cube, written from its result file."""
 
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 Result = dict[str, Any]
 GRAVITY_MS2, ODD_MS2 = 9.81, 0.25
+TOLERANCE_MM = 0.1
+"""Standard deviation that the half-width of the cube is stated with; its maker states none."""
 
 
 def page(r: Result) -> list[str]:
     """Lines of the page."""
-    return [*_opening(r), *_noise(r), *_candidates(r), *_explained(r), *_cause(r), *_limits(r)]
+    return [*_opening(r), *_told(r), *_tests(r), *_outside(r), *_limits(r)]
+
+
+def known_height(at_rest: Mapping[str, float]) -> str:
+    """The height of the cube at rest as ``--known`` reads it: what it should be, and what was measured."""
+    measured = f"{1e3 * at_rest['median']:.2f}mm±{1e3 * at_rest['sigma']:.2f}mm"
+    return f"rest_height={1e3 * at_rest['half_width']:.1f}mm±{TOLERANCE_MM}mm measured {measured}"
+
+
+def words(key: str) -> str:
+    """An effect's key in words."""
+    return key.replace("_", " ")
 
 
 def _opening(r: Result) -> list[str]:
     return [
         "# Real tosses",
         "",
-        f"{r['tosses']} tosses of an acrylic cube (half-width {1e3 * r['resting_height_m']['half_width']:.1f} mm) on to a board, "
-        "poses by tag "
-        "tracking at 148 Hz (Pfrommer, Halm and Posa 2020, BSD-3). Only poses are used, from the first row until the lowest corner "
-        "is 3 mm above "
-        f"the board: {min(r['rows'])} to {max(r['rows'])} rows a toss, {sum(r['rows'])} in all, one campaign. The model: free "
-        "flight of a body with "
-        f"isotropic inertia under {GRAVITY_MS2} m/s², the tracked point its centre of mass. Noise is not stated, so it is "
-        "estimated. Figures from "
-        "[real_tosses.json](../results/real_tosses.json), written by `python -m scripts.real.real_tosses --tosses FOLDER`; the same "
-        "files go through "
-        "`tumble compare`, `diagnose` and `explain`.",
+        f"{r['tosses']} tosses of an acrylic cube (half-width {1e3 * r['resting_height_m']['half_width']:.1f} mm) on to a board, poses by",
+        "tag tracking at 148 Hz (Pfrommer, Halm and Posa 2020, BSD-3). Only poses are used, from the first row until the lowest corner is",
+        f"3 mm above the board: {min(r['rows'])} to {max(r['rows'])} rows a toss, {sum(r['rows'])} in all, one campaign. Stated are",
+        f"gravity, {GRAVITY_MS2} m/s², and three equal moments of inertia; no noise. Figures from",
+        "[real_tosses.json](../results/real_tosses.json).",
         "",
-        "![Acceleration of each toss, and held-out errors model by model](real_tosses.png)",
+        "![Acceleration of each toss, and held-out errors effect by effect](real_tosses.png)",
         "",
     ]
 
 
-def _noise(r: Result) -> list[str]:
-    noise, floor = r["noise"], r["floor"]
-    sigma = np.array(noise["sigma"])
-    repeats = np.array(noise["repeats"])
+def _told(r: Result) -> list[str]:
+    told = r["explained"]
+    sigma = np.array(told["noise"])
+    rungs = [f"| {_rung(each['added'])} | {each['rms']:.3f} σ | {_sure(told, each['added'])} |" for each in told["held_out"]]
+    unknown = told["unknown"]
+    last = [f"| + {words(unknown['family'])} | {unknown['rms']:.3f} σ | something unknown in the {unknown['stage']} |"] if unknown else []
+    named = {each["added"] for each in told["names"]}
+    stated = {step["added"] for step in told["steps"]}
+    values = [
+        f"| {words(v['effect'])} | {v['parameter']} {_value(v)} | {'' if v['effect'] in stated else 'not established'} |"
+        for v in told["values"]
+        if v["effect"] not in named
+    ]
+    for group in told["names"]:
+        for name in group["names"]:
+            many = ", ".join(f"{v['parameter']} {_value(v)}" for v in name["values"])
+            values.append(f"| {words(name['effect'])} | {many} | one number; this name {_share(name['probability'])} |")
+    each = [line for remark in told["scatter"] for line in (*_quoted(remark), "")]
+    if each:
+        each = ["Accelerations of every toss stand in the table where the unknown is not in the model:", "", *each]
     return [
-        "## Is there anything to explain?",
+        f"## What `tumble explain` says ({told['cpu_s']} s of CPU)",
         "",
-        f"Yes. Positions repeat to {1e6 * sigma[:3].min():.0f} to {1e6 * sigma[:3].max():.0f} µm a coordinate, orientations to "
-        f"{1e3 * sigma[3:].min():.2f} to {1e3 * sigma[3:].max():.2f} mrad. The noise is not new in every row: it counts as alike over "
-        f"{repeats.min():.1f} to {repeats.max():.1f} rows, which weights and p-values allow for. It has heavy tails, too: what "
-        "changes from row "
-        f"to row is {floor['noise']:.2f} times the estimate, from which far residuals are clipped. Residuals of free flight are "
-        f"{floor['rms']:.2f} "
-        f"times it, reduced chi-square {floor['reduced']:.2f} (95%: {floor['interval'][0]:.2f} to {floor['interval'][1]:.2f}).",
+        *_quoted(told["sentence"]),
+        ">",
+        *_quoted(told["limit"]),
         "",
-        "What the maps of residuals say, the strongest of each axis:",
+        f"Noise is read off the rows: {1e6 * sigma[:3].min():.0f} to {1e6 * sigma[:3].max():.0f} µm a coordinate, "
+        f"{1e3 * sigma[3:].min():.2f} to {1e3 * sigma[3:].max():.2f} mrad.",
         "",
-        *(f"- {sentence}" for sentence in r["maps"][:3]),
-        "",
-        "Early and late rows lie above the model's path and those between below it: **the cube falls more slowly than it should**.",
-        "",
-    ]
-
-
-def _candidates(r: Result) -> list[str]:
-    rows = [
-        f"| {c['effect'].replace('_', ' ')} | {c['columns'] or 1} | {c['share']:.0%} | {_p(c['p'])} | {_values(c['values'])} |"
-        for c in r["diagnosis"]["candidates"]
-    ]
-    return [
-        "## Which effect is missing? (`tumble diagnose`)",
-        "",
-        f"{len(rows)} effects apply; {len(r['not_applicable'])} act on pictures and are not on trial. p is corrected for the number "
-        "of candidates.",
-        "",
-        "| effect | parameters | share of the excess | p | first look at its values |",
-        "| --- | --- | --- | --- | --- |",
-        *rows,
-        "",
-        "`drag`, `magnus lift` and the like share in the excess only because they, too, slow a fall down; their values would not be "
-        "believed "
-        "for a cube of 0.37 kg (quadratic drag of a cube this size in air: about 0.02 per metre).",
-        "",
-    ]
-
-
-def _explained(r: Result) -> list[str]:
-    told, shared = r["explained"], r["explained_with_shared_effects"]
-    own = {axis: np.array([v["value"] for v in told["values"] if v["parameter"] == f"a_{axis}"]) for axis in "xyz"}
-    scatter = ", ".join(f"{axis} {a.mean():+.3f} ± {a.std():.3f}" for axis, a in own.items() if len(a))
-    return [
-        "## What explaining it ends with (`tumble explain`)",
-        "",
-        *_steps(r["held_out_base"], told),
-        "",
-        f"One acceleration for each toss, beside gravity, brings the error on rows that were not fitted from {r['held_out_base']:.2f} to "
-        f"{told['steps'][0]['after']:.2f} σ. "
-        f"Mean and scatter of these accelerations over the tosses: {scatter} m/s². {_left(told['left'])}",
-        "",
-        "Without that effect among the candidates, so that only causes common to all tosses are left:",
-        "",
-        *_steps(r["held_out_base"], shared),
-        "",
-        f"Values then: {_fitted(shared['values'])}. {_left(shared['left'])}",
-        "",
-    ]
-
-
-def _left(left: Result) -> str:
-    """What is said of something unknown."""
-    if not left["present"]:
-        return "Then nothing more is missing."
-    beside = (
-        ", which is what differs from toss to toss: their accelerations go with their velocities" if left["stage"] == "tracking" else ""
-    )
-    return (
-        f"Something unknown is missing at the stage of {left['stage']} (p {_p(left['p'])}){beside}. No fit of these has it in it; what "
-        "it is, is in [real trajectories](real_trajectories.md#tosses-of-a-cube)."
-    )
-
-
-def _cause(r: Result) -> list[str]:
-    scale = next(a for a in r["alone"] if a["effect"] == "length_scale")["values"][0]
-    rate = next(a for a in r["alone"] if a["effect"] == "frame_rate")["values"][0]
-    gravity = next(v for v in next(a for a in r["alone"] if a["effect"] == "gravity")["values"] if v["parameter"] == "dg_z")
-    height = r["resting_height_m"]
-    fall, inner = -r["plain_fall_median_ms2"][2], -r["plain_fall_median_without_ends_ms2"][2]
-    rows = [f"| {a['effect'].replace('_', ' ')} | {_fitted(a['values'])} | {a['held_out']:.2f} σ |" for a in r["alone"]]
-    return [
-        "## The common part: three names for one number",
-        "",
-        "Each effect alone, fitted, and the error on what was not fitted:",
-        "",
-        "| effect | values | held-out RMS |",
+        "| model | error on rows that were not fitted | effect or something in its place is there |",
         "| --- | --- | --- |",
-        f"| none | | {r['held_out_base']:.2f} σ |",
+        *rungs,
+        *last,
+        "",
+        *each,
+        "Values are those beside what is unknown:",
+        "",
+        "| | value | |",
+        "| --- | --- | --- |",
+        *values,
+        "",
+        "What the unknown in the tracking is, and why no drag is named, is in",
+        "[real trajectories](real_trajectories.md#tosses-of-a-cube).",
+        "",
+    ]
+
+
+def _tests(r: Result) -> list[str]:
+    told = r["explained"]
+    rows = [f"| {words(c['effect'])} | {c['share']:.0%} | {_p(c['p'])} | {c['log_odds']:+.1f} |" for c in told["first_tests"]]
+    return [
+        "## Each effect alone, at the first look (`tumble diagnose`)",
+        "",
+        f"{len(rows)} effects apply; {len(told['not_applicable'])} do not. Share of what is to be explained; p, corrected for the number",
+        "of candidates; log odds (nats) against free flight.",
+        "",
+        "| effect | share | p | log odds |",
+        "| --- | --- | --- | --- |",
         *rows,
         "",
-        f"Gravity {gravity['value']:+.3f} m/s² along z, lengths wrong by {scale['value']:+.2%} or a frame rate {rate['value']:+.2%} "
-        "off predict equally "
-        "well, and in free flight they are confounded: all three only change how large gravity looks, `g (1 + r)^-2 / (1 + s)`. The "
-        "tool says so "
-        "of frame rate and lengths; gravity, which may also turn, pays for two parameters more.",
+        "Every drag and lift has a share only because it, too, slows a fall down. None is in the model in the end.",
         "",
-        f"Three looks from outside. A parabola through each toss, without any of this machinery, falls with {fall:.3f} m/s² in the "
-        "median, and with "
-        f"{inner:.3f} without the two rows at both ends, so neither hand nor board is the reason. Gravity itself is hardly 2% "
-        "weaker anywhere on "
-        f"Earth. And the cube at rest has its middle {1e3 * height['median']:.2f} mm above the board (median; spread "
-        f"{1e3 * height['spread']:.1f} mm), where its "
-        f"half-width is {1e3 * height['half_width']:.1f} mm: a ratio of {height['median'] / height['half_width']:.4f}, while the "
-        f"fall has {fall / GRAVITY_MS2:.4f}. "
-        "**Positions that are 2% too short explain both**, a wrong frame rate only the fall (the board might also lie 1 mm beside z = 0, "
-        "which nobody measured). The tool cannot decide this from flight alone; a known length in the scene speaks for the lengths.",
+    ]
+
+
+def _outside(r: Result) -> list[str]:
+    height, beside = r["resting_height_m"], r["explained_beside_height"]
+    fall, inner = -r["plain_fall_median_ms2"][2], -r["plain_fall_median_without_ends_ms2"][2]
+    lines = [f"- {_names(group)}." for group in beside["names"]]
+    for v in beside["values"]:
+        if v["effect"] not in {group["added"] for group in beside["names"]}:
+            lines.append(f"- {words(v['effect'])} {v['parameter']} {_value(v)}.")
+    return [
+        "## One number, three names",
+        "",
+        "In free flight lengths, clock and gravity change only how large gravity looks, `g (1 + r)^-2 / (1 + s)`. Flights alone cannot",
+        "tell them apart. Three looks from outside:",
+        "",
+        f"- A parabola through each toss falls with {fall:.3f} m/s² in the median, and with {inner:.3f} without the two rows at both",
+        "  ends: neither hand nor board is the reason.",
+        "- Gravity itself is hardly 2% weaker anywhere on Earth.",
+        f"- The cube at rest has its middle {1e3 * height['median']:.2f} mm above the board (median; spread "
+        f"{1e3 * height['spread']:.1f} mm), where its half-width is {1e3 * height['half_width']:.1f} mm:",
+        f"  a ratio of {height['median'] / height['half_width']:.4f}, while the fall has {fall / GRAVITY_MS2:.4f}.",
+        "",
+        "**Positions that are 2% too short explain both**, a wrong clock only the fall (the board might also lie 1 mm beside z = 0, which",
+        "nobody measured). The tool takes that height as a fact. What it says with",
+        "",
+        f"    --known '{known_height(height)}'",
+        "",
+        *_quoted(beside["sentence"]),
+        ">",
+        *_quoted(beside["limit"]),
+        "",
+        *lines,
         "",
     ]
 
 
 def _limits(r: Result) -> list[str]:
-    sigma = np.array(r["noise"]["sigma"])
+    sigma = np.array(r["explained"]["noise"])
     return [
         "## What not to believe",
         "",
-        f"- P-values near zero come from noise of {1e6 * sigma[:3].mean():.0f} µm: at this precision every tracker has systematic "
-        "errors of its own "
-        "(tags move with the view, positions may have been smoothed upstream), and an acceleration for each toss takes up whatever "
-        "is smooth.",
-        f"- Some tosses do not fall like the others: {_odd(r)}. Whether a hand, the board or the tracker is the "
-        "reason the poses do not say. They are in all figures above; far residuals have a bounded say in fits, and the medians hardly any.",
-        "- Noise is taken to be the same in all tosses; it is not quite. Its tails make p-values of weak effects too small, so the "
-        "small steps "
-        "(centre of mass, inertia ratios) are not findings here. The impacts of the same tosses, however, put the centre of mass on the "
-        "same axis: see [real impacts](real_impacts.md).",
-        "- Drag of such a cube in air (about 0.03 m/s² at 1.3 m/s) hides below the scatter from toss to toss, and beside a "
-        "warped volume: it is not measured.",
-        "- A controlled trial of the same machinery on made trajectories with hidden drag, gravity or centre of mass is in the "
-        "tests, with its "
-        "false alarms counted.",
+        f"- P-values near zero come from noise of {1e6 * sigma[:3].mean():.0f} µm: at this precision every tracker has systematic errors",
+        "  of its own (tags move with the view, positions may have been smoothed upstream).",
+        "- Some tosses do not fall like the others:",
+        f"  {_odd(r)}.",
+        "  Whether a hand, the board or the tracker is the reason the poses do not say. They are in all figures above; far residuals have",
+        "  a bounded say in fits.",
+        "- Noise is taken to be the same in all tosses; it is not quite.",
+        "- Impacts of the same tosses put the centre of mass on the same axis: [real impacts](real_impacts.md).",
+        "",
+        "## Again",
+        "",
+        "```sh",
+        "python -m scripts.real.real_tosses --tosses FOLDER",
+        "```",
         "",
     ]
 
@@ -183,27 +172,38 @@ def _odd(r: Result) -> str:
     return ", ".join(f"number {i} with {falls[i]:.2f} m/s² ({r['rows'][i]} rows)" for i in odd) or "none is odd"
 
 
-def _outcome(step: Result) -> str:
-    """What became of a step, in results of this judge and of the one before."""
-    return f"probability {step['probability']:.3f}" if "probability" in step else "accepted" if step["accepted"] else "refused"
+def _quoted(text: str) -> list[str]:
+    return [f"> {line}" for line in textwrap.wrap(text, 136)]
 
 
-def _steps(base: float, told: Result) -> list[str]:
-    lines = ["| model | held-out RMS | |", "| --- | --- | --- |", f"| free flight | {base:.3f} σ | |"]
-    for step in told["steps"]:
-        others = [key.replace("_", " ") for key in step["group"] if key != step["added"]]
-        alike = f"; cannot be told from {', '.join(others)}" if others else ""
-        lines.append(f"| + {step['added'].replace('_', ' ')} | {step['after']:.3f} σ | {_outcome(step)}{alike} |")
-    return lines
+def _rung(added: str | None) -> str:
+    return "free flight" if added is None else f"+ {words(added)}"
+
+
+def _sure(told: Result, added: str | None) -> str:
+    return next((f"{100.0 * step['sure']:.1f} %" for step in told["steps"] if step["added"] == added), "")
+
+
+def _share(probability: float) -> str:
+    return "< 1 %" if probability < 0.01 else f"{100.0 * probability:.0f} %"
+
+
+def _names(group: Result) -> str:
+    return " or ".join(
+        f"{words(name['effect'])} {', '.join(_value(v) for v in name['values'])} ({_share(name['probability'])})" for name in group["names"]
+    )
 
 
 def _p(value: float) -> str:
     return "< 1e-16" if value < 1e-16 else f"{value:.1g}"
 
 
-def _values(values: Sequence[Result]) -> str:
-    return ", ".join(f"{v['parameter']} {v['value']:.3g} ± {v['sigma']:.1g}" for v in values) or "one set for each toss"
-
-
-def _fitted(values: Sequence[Result]) -> str:
-    return ", ".join(f"{v['effect'].replace('_', ' ')} {v['parameter']} {v['value']:.4g} ± {v['sigma']:.1g}" for v in values)
+def _value(v: Result) -> str:
+    value, sigma, unit = v["value"], v["sigma"], v["unit"]
+    if unit == "m":
+        value, sigma, unit = 1e3 * value, 1e3 * sigma, "mm"
+    elif unit == "1":
+        value, sigma, unit = 100.0 * value, 100.0 * sigma, "%"
+    else:
+        unit = unit.replace("m/s2", "m/s²")
+    return f"{value:+.3f} ± {sigma:.3f} {unit}"

@@ -57,16 +57,8 @@ acceptance_impacts.json
 acceptance_rendered_drops.json
 bench_crop.json
 bench_report.json
-challenge.json
 challenge_261.json
 challenge_52.json
-challenge_cases.csv
-challenge_parameters.csv
-challenge_rendered.json
-challenge_rendered_cases.csv
-challenge_rendered_parameters.csv
-challenge_rendered_velocities.csv
-challenge_velocities.csv
 contact_reference.json
 detection_limits.json
 drops_by_samples.json
@@ -86,7 +78,6 @@ sizes_at_spikes.json
 study_calibration.json
 study_separation.json
 study_shape.json
-time_explain.json
 tutorial.json
 two_particles.json
 wrong_poses.json
