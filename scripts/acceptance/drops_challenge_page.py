@@ -6,14 +6,14 @@ reads what ``tumble challenge score --result`` wrote of a challenge made with ``
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from studies.reporting.words import number, write_page
+from studies.reporting.words import number, table, write_page
 
 RESULT, PAGE = Path("docs/results/drops_challenge.json"), Path("docs/studies/drops_challenge.md")
 DRAWN = {"single": 40, "control": 20}
@@ -74,7 +74,7 @@ def acceptance_lines(result: Row) -> list[str]:
         interval = f" ({number(row['low'])} to {number(row['high'])})" if _finite(row["low"]) else ""
         value = f"{number(row['value'])}{interval} {row['unit']}" if _finite(row["value"]) else "–"
         rows.append([row["line"], row["what"], value, str(row["n"]), bounds(row), row["verdict"]])
-    return table_lines(["", "figure", "value", "n", "asked", ""], rows)
+    return table(["", "figure", "value", "n", "asked", ""], rows)
 
 
 def case_lines(cases: pd.DataFrame) -> list[str]:
@@ -88,7 +88,7 @@ def case_lines(cases: pd.DataFrame) -> list[str]:
         rows.append([_words(case.hidden or "nothing"), case.particle.replace("_", " "), *sizes, _words(case.first), group or "–", errors])
         rows[-1].append("yes" if right else "**no**")
     head = ["hidden", "particle", "size over the limit", "over the limit of its own", "named first", "alias group"]
-    return table_lines([*head, "held-out RMS (px)", "right"], rows)
+    return table([*head, "held-out RMS (px)", "right"], rows)
 
 
 def bounds(row: Row) -> str:
@@ -96,11 +96,6 @@ def bounds(row: Row) -> str:
     parts = [f"≥ {number(row['least'])}" if _finite(row["least"]) else "", f"≤ {number(row['most'])}" if _finite(row["most"]) else ""]
     asked = " and ".join(part for part in parts if part)
     return f"{asked} {row['unit']}" if asked else "–"
-
-
-def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """A Markdown table."""
-    return ["| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows)]
 
 
 def _finite(value: Any) -> bool:

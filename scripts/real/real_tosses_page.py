@@ -95,7 +95,7 @@ def _tests(r: Result) -> list[str]:
     told = r["explained"]
     rows = [f"| {words(c['effect'])} | {c['share']:.0%} | {_p(c['p'])} | {c['log_odds']:+.1f} |" for c in told["first_tests"]]
     return [
-        "## Each effect alone, at the first look (`tumble diagnose`)",
+        "## Each effect alone, beside free flight (`tumble diagnose`)",
         "",
         f"{len(rows)} effects apply; {len(told['not_applicable'])} do not. Share of what is to be explained; p, corrected for the number",
         "of candidates; log odds (nats) against free flight.",
@@ -119,8 +119,8 @@ def _outside(r: Result) -> list[str]:
     return [
         "## One number, three names",
         "",
-        "In free flight lengths, clock and gravity change only how large gravity looks, `g (1 + r)^-2 / (1 + s)`. Flights alone cannot",
-        "tell them apart. Three looks from outside:",
+        "In free flight lengths, clock and gravity change only the apparent gravity, `g (1 + r)^-2 / (1 + s)`: flights alone",
+        "cannot distinguish them. Three measurements that are independent of the fit:",
         "",
         f"- A parabola through each toss falls with {fall:.3f} m/s² in the median, and with {inner:.3f} without the two rows at both",
         "  ends: neither hand nor board is the reason.",
