@@ -22,11 +22,13 @@ from estimator.fitting.problem import alone, prior_of, with_more
 from estimator.fitting.refinement import Refined, sandwich
 from estimator.fitting.stable_inverse import NothingSeen, scaled_inverse
 from estimator.fitting.weighed_tangencies import linearise
-from estimator.motion.flight import Motion
+from estimator.likelihood.rows import noise_scales
+from estimator.motion.flight import OMEGA, THETA, Motion, V, X
 
 Array = NDArray[np.float64]
 ORDERS = (2, 3, 4)
 """Degrees of the polynomials in time on which a flight's residuals are tested: 0 and 1 are taken up by the flight itself."""
+PATH, ROTATION = range(3), range(3, 6)
 AXES = ("path along x", "path along y", "path along z", "rotation about x", "rotation about y", "rotation about z")
 INADEQUATE_P = 1e-3
 """Below it the residuals are said not to be noise; the rate of false alarms at this level is in docs/studies/wrong_poses.md."""
@@ -39,7 +41,8 @@ class Misfit:
     """``p`` of residuals that are as far from noise, from ``statistic`` with ``freedom`` degrees of freedom.
 
     ``component``: index into :data:`AXES` of the slow error that shows most, ``size`` its RMS over the sequence (m or rad) and
-    ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one.
+    ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one. ``scales`` (2, 3, 3):
+    see :func:`slow_scales`; ``moved`` (p,): by what the flight's parameters change where slow errors are allowed.
     """
 
     p: float
@@ -49,6 +52,8 @@ class Misfit:
     size: float
     component_p: float
     noise_ratio: float
+    scales: Array
+    moved: Array
 
     @property
     def adequate(self) -> bool:
@@ -62,17 +67,18 @@ def misfit(refined: Refined[Motion]) -> Misfit | None:
     at, own = linearise(task, motion, refined.at.settings, basis), motion.layout.size
     try:
         system = with_more(at, prior_of(alone(task, motion), motion))
-        b, C = system.solved().step[own:], sandwich(system)[own:, own:]
+        step, C = system.solved().step, sandwich(system)[own:, own:]
     except NothingSeen:
         return None
-    return misfit_of(b, C, basis, float(np.sqrt(refined.noise.mean_square)))
+    return misfit_of(step, C, basis, float(np.sqrt(refined.noise.mean_square)))
 
 
-def misfit_of(b: Array, C: Array, basis: Array, noise_ratio: float) -> Misfit | None:
+def misfit_of(step: Array, C: Array, basis: Array, noise_ratio: float) -> Misfit | None:
     """The test of :func:`slow_errors` ``basis`` (n, 6, 18) with coefficients ``b`` (18,) of covariance ``C`` (18, 18).
 
     ``None`` where the sightings do not determine them.
     """
+    moved, b = np.split(step, [-basis.shape[2]])
     try:
         statistic = float(b @ scaled_inverse(C) @ b)
         each = [_component(b, C, axis) for axis in range(len(AXES))]
@@ -82,7 +88,45 @@ def misfit_of(b: Array, C: Array, basis: Array, noise_ratio: float) -> Misfit | 
     columns = _columns(component)
     size = float(np.sqrt(np.mean((basis[:, component, columns] @ b[columns]) ** 2)))
     freedom, component_p = len(b), float(chdtrc(len(ORDERS), max(each)))
-    return Misfit(float(chdtrc(freedom, statistic)), statistic, freedom, component, size, component_p, noise_ratio)
+    scales = np.stack([slow_scales(b, C, axes) for axes in (PATH, ROTATION)])
+    return Misfit(float(chdtrc(freedom, statistic)), statistic, freedom, component, size, component_p, noise_ratio, scales, moved)
+
+
+def slow_scales(b: Array, C: Array, axes: range) -> Array:
+    """How much further from none slow errors along three ``axes`` are than their covariance says: a symmetric matrix (3, 3), one at least.
+
+    Place and velocity are what polynomials of the orders 0 and 1 are of, and what made those of the orders above made these: their standard
+    deviations are larger by that, as in averages of measurements that disagree [Rosenfeld et al. 1975, Particle Data Group]. In units of
+    the standard deviations ``C_j^(1/2)`` of each order, so that the axes of the world do not matter.
+    """
+    squares = np.zeros((len(axes), len(axes)))
+    for order in range(len(ORDERS)):
+        at = [_columns(axis).start + order for axis in axes]
+        told = np.linalg.solve(sqrtm_of(C[np.ix_(at, at)]), b[at])
+        squares += np.outer(told, told)
+    size, along = np.linalg.eigh(squares)
+    return np.asarray(along * np.maximum(noise_scales(size, np.asarray(len(ORDERS))), 1.0) @ along.T)
+
+
+def widened(covariance: Array, tested: Misfit) -> Array:
+    """A flight's ``covariance`` (p, p), with the slow errors in it where its residuals show them beside the noise.
+
+    These have two parts: what the polynomials that show move the flight by, in full (a drag that nobody named), and what their like of
+    the orders 0 and 1, which cannot show, must be expected to do.
+    """
+    if tested.p >= INADEQUATE_P:
+        return covariance
+    spread = np.eye(len(covariance))
+    for place, scales in ((X, 0), (THETA, 1), (V, 0), (OMEGA, 1)):
+        root = sqrtm_of(covariance[place, place])
+        spread[place, place] = root @ tested.scales[scales] @ np.linalg.inv(root)
+    return np.asarray(spread @ covariance @ spread.T + np.outer(tested.moved, tested.moved))
+
+
+def sqrtm_of(C: Array) -> Array:
+    """The symmetric root of a covariance (n, n)."""
+    size, along = np.linalg.eigh(C)
+    return np.asarray(along * np.sqrt(size) @ along.T)
 
 
 def slow_errors(times_s: Array) -> Array:

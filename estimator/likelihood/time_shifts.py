@@ -35,7 +35,7 @@ FAR_OFF = 6.0
 """Robust standard deviations from there, while wrong outlines are off by tens. Of 6 to 10 outlines with normal errors one in a hundred
 is as far, of 30 fewer than one in a thousand: few outlines tell their standard deviation badly (a test says how often)."""
 WIDEST = 8.0
-"""Logarithm of how far from the median noise of differences a jitter is looked for."""
+"""Logarithm of how far from the noise of differences, by what they tell, a jitter is looked for."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ def jitter_found_with(shifts: Sequence[TimeShifts], p: float, probability: float
     def missed(logarithm: float) -> float:
         return probability - _found_share(noises, np.exp(2.0 * logarithm), p)
 
-    middle = 0.5 * np.log(float(np.median(noises)))
+    middle = -0.5 * np.log(float(np.mean(1.0 / noises)))
     return float(np.exp(brentq(missed, middle - WIDEST, middle + WIDEST)))
 
 

@@ -4,6 +4,8 @@ The chain is visible in :func:`_estimated`, a line a step; every step that canno
 there is never a plausible number without one.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,7 @@ from datasets.estimate import Estimate
 from datasets.observation import Observation
 from estimator.data.configuration import Configuration
 from estimator.data.no_measurement import NoMeasurement
-from estimator.fitting.adequacy import misfit
+from estimator.fitting.adequacy import misfit, widened
 from estimator.fitting.refinement import Refined
 from estimator.fitting.tasks import biased_task, fit_task, refined_flight
 from estimator.impacts.chains import Seen
@@ -97,6 +99,7 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     status, message = judge(without_the_same(searched, ranked, refined, configuration), refined)
     tested = slow_misfit(particle, joint, huber=configuration.huber) if joint is not None else misfit(refined) if known else None
     outcome = (status, message, tested)
+    refined = refined if tested is None else replace(refined, covariance=widened(refined.covariance, tested))
     share = share_of(refined, joint, task, seen, configuration) if known else None
     told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
     return with_surface(told, joint, why_not, said=said)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from estimator.fitting.adequacy import AXES, INADEQUATE_P, Misfit
+from estimator.motion.flight import OMEGA, V
 
 LEAST_P = 1e-16
 """Below which a p-value is told as below it: rounding."""
@@ -29,6 +30,8 @@ def adequacy_statistics(tested: Misfit | None) -> dict[str, Any]:
             "component_rms": tested.size,
             "component_p": tested.component_p,
             "noise_ratio": tested.noise_ratio,
+            "velocity_shift_ms": tested.moved[V].tolist(),
+            "angular_velocity_shift_rads": tested.moved[OMEGA].tolist(),
         }
     }
 
@@ -37,9 +40,11 @@ def misfit_sentence(tested: Misfit) -> str:
     """Converged, but: what says that the residuals are not noise."""
     if tested.p < INADEQUATE_P:
         size = f"{np.degrees(tested.size):.2g}°" if tested.component >= len(AXES) // 2 else f"{1e3 * tested.size:.2g} mm"
+        v, omega = (float(np.linalg.norm(tested.moved[place])) for place in (V, OMEGA))
         return (
             f"converged, but the model misses something ({p_words(tested.p)}): the residuals are not noise; most of all the "
-            f"{AXES[tested.component]} is off by {size} RMS in a way that changes slowly with time. The uncertainties do not contain that."
+            f"{AXES[tested.component]} is off by {size} RMS in a way that changes slowly with time. "
+            f"What that moves the velocities by ({v:.2g} m/s, {omega:.2g} rad/s) is in their uncertainties."
         )
     return (
         f"converged, but the model misses something: the residuals are {tested.noise_ratio:.1f} times the noise that the outlines show, "

@@ -360,7 +360,7 @@ def slow_misfit(particle: Particle, joint: JointFit[Motion], *, huber: float) ->
         return None
     of_frames = zip(fitted.groups[1:], joint.noise_px[1:], joint.outline_noise_px[1:], strict=True)
     left = np.concatenate([found / own * group.r for group, found, own in of_frames])
-    return misfit_of(end.step[p:], end.covariance[p:, p:], basis, float(np.sqrt(np.mean(left**2))))
+    return misfit_of(end.step, end.covariance[p:, p:], basis, float(np.sqrt(np.mean(left**2))))
 
 
 def beside_the_surface(prior: Prior, facts: Sequence[Fact[M]] = ()) -> Callable[[M], NormalEquations]:

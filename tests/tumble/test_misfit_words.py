@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from datasets.estimate import Estimate, Status
@@ -12,8 +13,9 @@ from estimator.reports.misfit_words import adequacy_statistics, misfit_sentence
 from tumble.cli.estimate import _status_cell, remarks, tell
 from tumble.reports.words import MISFIT_MEANING, MISFIT_NEXT, besides_status, meaning, next_steps
 
-MISSES = Misfit(p=1e-9, statistic=90.0, freedom=18, component=1, size=8e-5, component_p=1e-8, noise_ratio=1.1)
-NOISE = Misfit(p=0.3, statistic=20.0, freedom=18, component=1, size=1e-5, component_p=0.2, noise_ratio=0.8)
+SLOW = {"scales": np.stack([np.eye(3)] * 2), "moved": np.r_[np.zeros(6), 0.003, 0.0, 0.004, np.zeros(3), np.zeros(9)]}
+MISSES = Misfit(p=1e-9, statistic=90.0, freedom=18, component=1, size=8e-5, component_p=1e-8, noise_ratio=1.1, **SLOW)
+NOISE = Misfit(p=0.3, statistic=20.0, freedom=18, component=1, size=1e-5, component_p=0.2, noise_ratio=0.8, **SLOW)
 
 
 def estimate_of(tested: Misfit, status: Status = Status.CONVERGED) -> Estimate:
@@ -27,6 +29,7 @@ def test_a_misfit_is_said() -> None:
     assert next_steps(estimate)[0] == MISFIT_NEXT
     assert "misses something (p = 1.0e-09)" in remarks(estimate)[0]
     assert "path along y is off by 0.08 mm" in estimate.message
+    assert "moves the velocities by (0.005 m/s, 0 rad/s) is in their uncertainties" in estimate.message
 
 
 @pytest.mark.parametrize(("tested", "status"), [(NOISE, Status.CONVERGED), (MISSES, Status.AMBIGUOUS)])
@@ -48,4 +51,6 @@ def test_next_is_to_compare(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_document_keeps_the_test(tmp_path: Path) -> None:
     write_estimate(estimate_of(MISSES, Status.AMBIGUOUS), tmp_path / "toss.json")
-    assert read_estimate(tmp_path / "toss.json").statistics["adequacy"]["p"] == pytest.approx(1e-9)
+    kept = read_estimate(tmp_path / "toss.json").statistics["adequacy"]
+    assert kept["p"] == pytest.approx(1e-9)
+    assert kept["velocity_shift_ms"] == [0.003, 0.0, 0.004]

@@ -183,3 +183,9 @@ def test_movements_that_are_alike_say_over_how_many_frames(width: int) -> None:
         return TimeShifts(np.zeros(n), np.ones(n), np.ones(n), still=alike + slow)
 
     assert likeness([moved(40) for _ in range(6)]) == pytest.approx(width, rel=0.15)
+
+
+def test_one_flight_among_many_that_say_nothing_has_the_limit_of_its_own() -> None:
+    told = TimeShifts(np.zeros(20), np.full(20, NOISE_S**-2), np.full(20, NOISE_S**2))
+    silent = [TimeShifts(np.zeros(20), np.full(20, 1e-24), np.full(20, 1e24)) for _ in range(4)]
+    assert jitter_found_with([told, *silent], 1e-3, 0.95) == pytest.approx(jitter_found_with([told], 1e-3, 0.95), rel=1e-6)
