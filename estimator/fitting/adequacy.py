@@ -28,8 +28,9 @@ from estimator.motion.flight import OMEGA, THETA, Motion, V, X
 Array = NDArray[np.float64]
 ORDERS = (2, 3, 4)
 """Degrees of the polynomials in time on which a flight's residuals are tested: 0 and 1 are taken up by the flight itself."""
-PATH, ROTATION = range(3), range(3, 6)
 AXES = ("path along x", "path along y", "path along z", "rotation about x", "rotation about y", "rotation about z")
+PATH, ROTATION = range(3), range(3, 6)
+"""Which of the axes are of the path, which of the rotation."""
 INADEQUATE_P = 1e-3
 """Below it the residuals are said not to be noise; the rate of false alarms at this level is in docs/studies/wrong_poses.md."""
 NOISY = 3.0
@@ -41,8 +42,8 @@ class Misfit:
     """``p`` of residuals that are as far from noise, from ``statistic`` with ``freedom`` degrees of freedom.
 
     ``component``: index into :data:`AXES` of the slow error that shows most, ``size`` its RMS over the sequence (m or rad) and
-    ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one. ``scales`` (2, 3, 3):
-    see :func:`slow_scales`; ``moved`` (p,): by what the flight's parameters change where slow errors are allowed.
+    ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one. ``scales`` (2, 3, 3),
+    world axes, any unit: see :func:`slow_scales`; ``moved`` (p,): by what the flight's parameters change where slow errors are allowed.
     """
 
     p: float
@@ -74,8 +75,9 @@ def misfit(refined: Refined[Motion]) -> Misfit | None:
 
 
 def misfit_of(step: Array, C: Array, basis: Array, noise_ratio: float) -> Misfit | None:
-    """The test of :func:`slow_errors` ``basis`` (n, 6, 18) with coefficients ``b`` (18,) of covariance ``C`` (18, 18).
+    """The test of :func:`slow_errors` ``basis`` (n, 6, 18).
 
+    ``step`` (p + 18,): of the motion's parameters and of the coefficients, which have a covariance ``C`` (18, 18).
     ``None`` where the sightings do not determine them.
     """
     moved, b = np.split(step, [-basis.shape[2]])
@@ -95,6 +97,8 @@ def misfit_of(step: Array, C: Array, basis: Array, noise_ratio: float) -> Misfit
 def slow_scales(b: Array, C: Array, axes: range) -> Array:
     """How much further from none slow errors along three ``axes`` are than their covariance says: a symmetric matrix (3, 3), one at least.
 
+    ``b`` (18,) are the coefficients of :func:`slow_errors`, ``C`` (18, 18) their covariance.
+
     Place and velocity are what polynomials of the orders 0 and 1 are of, and what made those of the orders above made these: their standard
     deviations are larger by that, as in averages of measurements that disagree [Rosenfeld et al. 1975, Particle Data Group]. In units of
     the standard deviations ``C_j^(1/2)`` of each order, so that the axes of the world do not matter.
@@ -102,7 +106,7 @@ def slow_scales(b: Array, C: Array, axes: range) -> Array:
     squares = np.zeros((len(axes), len(axes)))
     for order in range(len(ORDERS)):
         at = [_columns(axis).start + order for axis in axes]
-        told = np.linalg.solve(sqrtm_of(C[np.ix_(at, at)]), b[at])
+        told = np.linalg.solve(_root(C[np.ix_(at, at)]), b[at])
         squares += np.outer(told, told)
     size, along = np.linalg.eigh(squares)
     return np.asarray(along * np.maximum(noise_scales(size, np.asarray(len(ORDERS))), 1.0) @ along.T)
@@ -118,15 +122,9 @@ def widened(covariance: Array, tested: Misfit) -> Array:
         return covariance
     spread = np.eye(len(covariance))
     for place, scales in ((X, 0), (THETA, 1), (V, 0), (OMEGA, 1)):
-        root = sqrtm_of(covariance[place, place])
+        root = _root(covariance[place, place])
         spread[place, place] = root @ tested.scales[scales] @ np.linalg.inv(root)
     return np.asarray(spread @ covariance @ spread.T + np.outer(tested.moved, tested.moved))
-
-
-def sqrtm_of(C: Array) -> Array:
-    """The symmetric root of a covariance (n, n)."""
-    size, along = np.linalg.eigh(C)
-    return np.asarray(along * np.sqrt(size) @ along.T)
 
 
 def slow_errors(times_s: Array) -> Array:
@@ -137,6 +135,12 @@ def slow_errors(times_s: Array) -> Array:
     for axis in range(len(AXES)):
         basis[:, axis, _columns(axis)] = P
     return basis
+
+
+def _root(C: Array) -> Array:
+    """The symmetric root of a covariance (n, n)."""
+    size, along = np.linalg.eigh(C)
+    return np.asarray(along * np.sqrt(size) @ along.T)
 
 
 def _columns(axis: int) -> slice:
