@@ -69,7 +69,7 @@ FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
-NOTHING_MORE = "Then nothing more is missing."
+NOTHING_MORE = "Then nothing more is missing"
 EXPLAINED, PART_EXPLAINED = "The campaign is explained with", "Part of what the campaign shows is explained with"
 STAND_IN = "a name may stand in for something that the catalogue lacks."
 
@@ -231,7 +231,8 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, campaign: Prepared, at: t
         if NOTHING_MORE not in verdict.sentence:
             return verdict
         left = f"Residuals are still {floor.reduced**0.5:.1f} times the noise, and no known effect is behind it: {STAND_IN}"
-        sentence = verdict.sentence.replace(EXPLAINED, PART_EXPLAINED).replace(NOTHING_MORE, left)
+        before = verdict.sentence.partition(NOTHING_MORE)[0]
+        sentence = f"{before.replace(EXPLAINED, PART_EXPLAINED)}{left}"
         return replace(verdict, sentence=sentence, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
         return far_off(verdict, (told, *checks(campaign.observations)))
@@ -468,6 +469,13 @@ def _with_rivals(step: Step) -> str:
     return in_words(step.added) + (f" (or, which these data do not tell from it, {rivals})" if rivals else "")
 
 
+def _unless(explanation: Explanation) -> str:
+    """What was found that may be something unknown instead, by the probability of that; nothing where that is improbable."""
+    instead = {step.added: sum(name.probability for name in step.names if name.unknown) for step in explanation.steps}
+    doubted = [f"{in_words(key)} ({percent(p)})" for key, p in instead.items() if p > 1.0 - ESTABLISHED]
+    return f", unless something that no known effect describes has the place of {' or '.join(doubted)}" if doubted else ""
+
+
 def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     """The verdict on what was found and on what is left."""
     found = explanation.found
@@ -480,8 +488,8 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     if explanation.left is not None and explanation.left.present:
         more, remarks = "Something is left that no effect of the catalogue explains.", last.remarks
     else:
-        more = likely_more(explanation.diagnosis) if explanation.diagnosis.probability < 0.5 else NOTHING_MORE
-    opening = f"{EXPLAINED if more == NOTHING_MORE else PART_EXPLAINED} {', '.join(sure)}." if sure else "Nothing is established."
+        more = likely_more(explanation.diagnosis) if explanation.diagnosis.probability < 0.5 else f"{NOTHING_MORE}{_unless(explanation)}."
+    opening = f"{EXPLAINED if more.startswith(NOTHING_MORE) else PART_EXPLAINED} {', '.join(sure)}." if sure else "Nothing is established."
     beside = f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
     return Verdict("found", f"{opening}{beside} {more}", remarks, found)
 

@@ -20,6 +20,7 @@ LEFT = [
     ({"diagnosis": {"missing": [], "probability": 0.3}}, "something is probably missing"),
     ({"unknown": {"stage": "dynamics"}}, "something unknown is there"),
     ({"steps": [{"established": False}]}, "one effect is suspected"),
+    ({"names": [{"names": [{"probability": 0.4, "unknown": False}, {"probability": 0.6, "unknown": True}]}]}, "it is rather unknown"),
     ({"settled": False}, "the fit did not settle"),
     ({"verdict": {"kind": "judged"}}, "it was judged by hand"),
     ({"noise_floor": {"explainable": True}}, "residuals are larger than noise"),

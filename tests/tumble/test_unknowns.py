@@ -201,7 +201,7 @@ def test_the_verdict_has_the_other_names_of_what_was_found() -> None:
     last = Verdict("found", "The model misses something.", (), ("gravity",))
     assert verdict_of_explanation(last, found).sentence == (
         "The campaign is explained with gravity (or, which these data do not tell from it, quadratic drag or linear drag with steady "
-        "wind). Then nothing more is missing."
+        "wind). Then nothing more is missing, unless something that no known effect describes has the place of gravity (10.0%)."
     )
 
 

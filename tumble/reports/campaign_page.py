@@ -76,12 +76,15 @@ def render(document: Mapping[str, Any]) -> str:
 
 
 def _nothing_to_do(found: Mapping[str, Any]) -> bool:
-    """Whether nothing is missing, the fit settled, all that was found is established, and residuals are no larger than noise."""
+    """Whether nothing is missing, the fit settled, what was found is established, rather that than unknown, and residuals are noise."""
+    if not found["settled"] or found["verdict"]["kind"] not in ("nothing missing", "found"):
+        return False
     complete = found["diagnosis"] is not None and not found["diagnosis"]["missing"] and found.get("unknown") is None
     sure = all(step["established"] for step in found["steps"] or [])
+    doubts = [sum(name["probability"] for name in group["names"] if name["unknown"]) for group in found.get("names") or []]
     likely = found["diagnosis"] is None or found["diagnosis"]["probability"] >= 0.5
     noise = not (found["noise_floor"] or {}).get("explainable", False)
-    return bool(complete and sure and likely and noise and found["settled"] and found["verdict"]["kind"] in ("nothing missing", "found"))
+    return bool(complete and sure and max(doubts, default=0.0) < 0.5 and likely and noise)
 
 
 def _maps(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
