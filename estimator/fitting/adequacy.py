@@ -5,32 +5,31 @@ slowly; an outline's noise is drawn anew in every frame. So the flight is given 
 are polynomials of time of the orders 2, 3 and 4 along every axis, ``S' = [S, P_j(t) E_a]``; orders 0 and 1 are the flight's own. One step
 from the refined flight gives their coefficients ``b`` and, by the sandwich formula that gives the error bars, their covariance ``C``: own
 noise of the outlines, noise of the calibrated views and the body-fixed error, which both come back from frame to frame and are not misfit.
-``bᵀ C⁻¹ b`` is compared with chi² of 18 degrees of freedom [Rao 1948; White 1982].
+``bᵀ C⁻¹ b`` is compared with chi² of 18 degrees of freedom [Rao 1948; White 1982]. Of a flight with impacts each segment between them has
+slow errors of its own.
 
 Blind to what changes from frame to frame (jitter of the clock, vibration): that raises the noise itself, which :class:`Misfit` tells as
 ``noise_ratio``, the residuals' standard deviation over the one that the outlines' neighbouring samples let expect.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
-from estimator.fitting.problem import alone, prior_of, with_more
+from estimator.fitting.problem import Fact, M, alone, prior_of, with_facts, with_more
 from estimator.fitting.refinement import Refined, sandwich
 from estimator.fitting.stable_inverse import NothingSeen, scaled_inverse
 from estimator.fitting.weighed_tangencies import linearise
 from estimator.likelihood.rows import noise_scales
-from estimator.motion.flight import OMEGA, THETA, Motion, V, X
+from estimator.motion.blocks import Layout
+from estimator.motion.piecewise import named
+from estimator.motion.slow_errors import AXES, ORDERS, PATH, ROTATION, SlowErrors, slow_errors
 
 Array = NDArray[np.float64]
-ORDERS = (2, 3, 4)
-"""Degrees of the polynomials in time on which a flight's residuals are tested: 0 and 1 are taken up by the flight itself."""
-AXES = ("path along x", "path along y", "path along z", "rotation about x", "rotation about y", "rotation about z")
-PATH, ROTATION = range(3), range(3, 6)
-"""Which of the axes are of the path, which of the rotation."""
 INADEQUATE_P = 1e-3
 """Below it the residuals are said not to be noise; the rate of false alarms at this level is in docs/studies/wrong_poses.md."""
 NOISY = 3.0
@@ -41,9 +40,10 @@ NOISY = 3.0
 class Misfit:
     """``p`` of residuals that are as far from noise, from ``statistic`` with ``freedom`` degrees of freedom.
 
-    ``component``: index into :data:`AXES` of the slow error that shows most, ``size`` its RMS over the sequence (m or rad) and
-    ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one. ``scales`` (2, 3, 3),
-    world axes, any unit: see :func:`slow_scales`; ``moved`` (p,): by what the flight's parameters change where slow errors are allowed.
+    ``component``: index into :data:`AXES` of the slow error that shows most, in the ``segment`` after so many impacts, ``size`` its RMS
+    there (m or rad) and ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one.
+    ``scales`` of path and rotation (2, 3, 3) by segment, see :func:`slow_scales`; ``moved`` (p,): by what the flight's parameters change
+    where slow errors are allowed, and these are ``slow`` with coefficients ``b`` (k,).
     """
 
     p: float
@@ -53,8 +53,11 @@ class Misfit:
     size: float
     component_p: float
     noise_ratio: float
-    scales: Array
+    scales: Mapping[int, Array]
     moved: Array
+    segment: int
+    slow: SlowErrors
+    b: Array
 
     @property
     def adequate(self) -> bool:
@@ -62,79 +65,89 @@ class Misfit:
         return self.p >= INADEQUATE_P and self.noise_ratio <= NOISY
 
 
-def misfit(refined: Refined[Motion]) -> Misfit | None:
-    """The test of a refined motion; ``None`` where the sightings do not determine the slow errors."""
-    basis, task, motion = slow_errors(refined.sightings.times_s), refined.at.task, refined.flight
-    at, own = linearise(task, motion, refined.at.settings, basis), motion.layout.size
+def misfit(refined: Refined[M], facts: Sequence[Fact[M]] = ()) -> Misfit | None:
+    """The test of a refined motion, with what ``facts`` say of it; ``None`` where the sightings do not determine the slow errors."""
+    task, motion, slow = refined.at.task, refined.flight, slow_errors(refined.sightings.times_s, refined.flight)
+    at, own = linearise(task, motion, refined.at.settings, slow.basis), motion.layout.size
     try:
-        system = with_more(at, prior_of(alone(task, motion), motion))
+        system = with_more(at, with_facts(prior_of(alone(task, motion), motion), facts, motion))
         step, C = system.solved().step, sandwich(system)[own:, own:]
     except NothingSeen:
         return None
-    return misfit_of(step, C, basis, float(np.sqrt(refined.noise.mean_square)))
+    return misfit_of(step, C, slow, float(np.sqrt(refined.noise.mean_square)))
 
 
-def misfit_of(step: Array, C: Array, basis: Array, noise_ratio: float) -> Misfit | None:
-    """The test of :func:`slow_errors` ``basis`` (n, 6, 18).
+def misfit_of(step: Array, C: Array, slow: SlowErrors, noise_ratio: float) -> Misfit | None:
+    """The test of ``slow`` errors with k coefficients.
 
-    ``step`` (p + 18,): of the motion's parameters and of the coefficients, which have a covariance ``C`` (18, 18).
+    ``step`` (p + k,): of the motion's parameters and of the coefficients, which have a covariance ``C`` (k, k).
     ``None`` where the sightings do not determine them.
     """
-    moved, b = np.split(step, [-basis.shape[2]])
+    freedom = slow.basis.shape[2]
+    moved, b = np.split(step, [len(step) - freedom])
+    if freedom == 0:
+        return None
     try:
         statistic = float(b @ scaled_inverse(C) @ b)
-        each = [_component(b, C, axis) for axis in range(len(AXES))]
+        each = {(axis, k): _component(b, C, slow.columns(axis, k)) for k in slow.segments for axis in range(len(AXES))}
     except NothingSeen:
         return None
-    component = int(np.argmax(each))
-    columns = _columns(component)
-    size = float(np.sqrt(np.mean((basis[:, component, columns] @ b[columns]) ** 2)))
-    freedom, component_p = len(b), float(chdtrc(len(ORDERS), max(each)))
-    scales = np.stack([slow_scales(b, C, axes) for axes in (PATH, ROTATION)])
-    return Misfit(float(chdtrc(freedom, statistic)), statistic, freedom, component, size, component_p, noise_ratio, scales, moved)
+    component, segment = most = max(each, key=lambda at: each[at])
+    columns = slow.columns(*most)
+    error = slow.basis[:, component, columns]
+    size = float(np.sqrt(np.mean((error[error.any(axis=1)] @ b[columns]) ** 2)))
+    scales = {k: np.array([slow_scales((b, C), slow, axes, k) for axes in (PATH, ROTATION)]) for k in slow.segments}
+    p, own_p = float(chdtrc(freedom, statistic)), float(chdtrc(len(ORDERS), each[most]))
+    return Misfit(p, statistic, freedom, component, size, own_p, noise_ratio, scales, moved, segment, slow, b)
 
 
-def slow_scales(b: Array, C: Array, axes: range) -> Array:
-    """How much further from none slow errors along three ``axes`` are than their covariance says: a symmetric matrix (3, 3), one at least.
+def slow_scales(found: tuple[Array, Array], slow: SlowErrors, axes: range, segment: int) -> Array:
+    """How much further from none ``slow`` errors along three ``axes`` are than their covariance says: symmetric (3, 3), one at least.
 
-    ``b`` (18,) are the coefficients of :func:`slow_errors`, ``C`` (18, 18) their covariance.
+    ``found``: coefficients (k,) and their covariance (k, k).
 
     Place and velocity are what polynomials of the orders 0 and 1 are of, and what made those of the orders above made these: their standard
     deviations are larger by that, as in averages of measurements that disagree [Rosenfeld et al. 1975, Particle Data Group]. In units of
     the standard deviations ``C_j^(1/2)`` of each order, so that the axes of the world do not matter.
     """
+    b, C = found
     squares = np.zeros((len(axes), len(axes)))
     for order in range(len(ORDERS)):
-        at = [_columns(axis).start + order for axis in axes]
+        at = [slow.columns(axis, segment).start + order for axis in axes]
         told = np.linalg.solve(_root(C[np.ix_(at, at)]), b[at])
         squares += np.outer(told, told)
     size, along = np.linalg.eigh(squares)
     return np.asarray(along * np.maximum(noise_scales(size, np.asarray(len(ORDERS))), 1.0) @ along.T)
 
 
-def widened(covariance: Array, tested: Misfit) -> Array:
-    """A flight's ``covariance`` (p, p), with the slow errors in it where its residuals show them beside the noise.
+def widened(refined: Refined[M], tested: Misfit | None) -> Refined[M]:
+    """A motion whose covariance has the slow errors in it where its residuals show them beside the noise."""
+    if tested is None or tested.p >= INADEQUATE_P:
+        return refined
+    covariance = with_slow_errors(refined.covariance, refined.flight.layout, tested)
+    return replace(refined, covariance=covariance, drift=partial(_drift, tested))
 
-    These have two parts: what the polynomials that show move the flight by, in full (a drag that nobody named), and what their like of
-    the orders 0 and 1, which cannot show, must be expected to do.
+
+def _drift(tested: Misfit, time_s: float, segment: int) -> Array:
+    """What slow errors add to the covariance (6, 6) of velocities at a time, were they the motion's and not the poses'."""
+    slopes = tested.slow.velocities(tested.b, time_s, segment)
+    return np.outer(slopes, slopes)
+
+
+def with_slow_errors(covariance: Array, layout: Layout, tested: Misfit) -> Array:
+    """The ``covariance`` (p, p) of parameters with what slow errors make of it (p, p).
+
+    That has two parts: what the polynomials that show move the motion by, in full (a drag that nobody named), and what their like of the
+    orders 0 and 1, which cannot show, must be expected to do.
     """
-    if tested.p >= INADEQUATE_P:
-        return covariance
     spread = np.eye(len(covariance))
-    for place, scales in ((X, 0), (THETA, 1), (V, 0), (OMEGA, 1)):
-        root = _root(covariance[place, place])
-        spread[place, place] = root @ tested.scales[scales] @ np.linalg.inv(root)
+    for segment, scales in tested.scales.items():
+        names = ("x", "theta", "v", "omega") if segment == 0 else (named("v", segment - 1), named("omega", segment - 1))
+        for number, name in enumerate(names):
+            place = layout[name]
+            root = _root(covariance[place, place])
+            spread[place, place] = root @ scales[number % 2] @ np.linalg.inv(root)
     return np.asarray(spread @ covariance @ spread.T + np.outer(tested.moved, tested.moved))
-
-
-def slow_errors(times_s: Array) -> Array:
-    """Translations and rotations (n, 6, 18): Legendre polynomials of time over the sequence along each axis; ``times_s`` (n,)."""
-    low, high = float(times_s.min()), float(times_s.max())
-    P = legvander(2.0 * (times_s - low) / max(high - low, 1e-300) - 1.0, max(ORDERS))[:, list(ORDERS)]
-    basis = np.zeros((len(times_s), len(AXES), len(AXES) * len(ORDERS)))
-    for axis in range(len(AXES)):
-        basis[:, axis, _columns(axis)] = P
-    return basis
 
 
 def _root(C: Array) -> Array:
@@ -143,10 +156,5 @@ def _root(C: Array) -> Array:
     return np.asarray(along * np.sqrt(size) @ along.T)
 
 
-def _columns(axis: int) -> slice:
-    return slice(axis * len(ORDERS), (axis + 1) * len(ORDERS))
-
-
-def _component(b: Array, C: Array, axis: int) -> float:
-    columns = _columns(axis)
+def _component(b: Array, C: Array, columns: slice) -> float:
     return float(b[columns] @ scaled_inverse(C[columns, columns]) @ b[columns])

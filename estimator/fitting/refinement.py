@@ -4,7 +4,7 @@ One loop and one covariance for every problem: a free flight, with the focal len
 collide.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Generic, TypeVar
@@ -35,11 +35,18 @@ So after ``FINE_STEPS`` steps the second is enough. A first fit in other weights
 S_co = TypeVar("S_co", bound=State, covariant=True)
 
 
+def no_drift(time_s: float, segment: int) -> Array:
+    """Nothing (6, 6) at a ``time_s`` of any ``segment``."""
+    del time_s, segment
+    return np.zeros((6, 6))
+
+
 @dataclass(frozen=True)
 class Refined(Generic[M_co]):
     """A refined motion, ``covariance``, ``bound`` and ``inverse`` of the normal matrix (p, p) of its parameters, whether the steps settled.
 
-    ``at``: its outlines' errors with the ``noise`` found.
+    ``at``: its outlines' errors with the ``noise`` found. ``drift``: what the covariance (6, 6) of velocities at a time (s), after so many
+    impacts, has beside that of the parameters.
     """
 
     flight: M_co
@@ -49,6 +56,7 @@ class Refined(Generic[M_co]):
     at: Linearised
     settled: bool
     noise: MeasuredNoise
+    drift: Callable[[float, int], Array] = no_drift
 
     @property
     def sightings(self) -> Sightings:

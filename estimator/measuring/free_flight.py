@@ -4,8 +4,6 @@ The chain is visible in :func:`_estimated`, a line a step; every step that canno
 there is never a plausible number without one.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -99,7 +97,7 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     status, message = judge(without_the_same(searched, ranked, refined, configuration), refined)
     tested = slow_misfit(particle, joint, huber=configuration.huber) if joint is not None else misfit(refined) if known else None
     outcome = (status, message, tested)
-    refined = refined if tested is None else replace(refined, covariance=widened(refined.covariance, tested))
+    refined = widened(refined, tested)
     share = share_of(refined, joint, task, seen, configuration) if known else None
     told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
     return with_surface(told, joint, why_not, said=said)

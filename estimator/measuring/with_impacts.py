@@ -15,6 +15,7 @@ from datasets.estimate import Estimate, Status
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
+from estimator.fitting.adequacy import misfit, widened
 from estimator.fitting.tasks import refinement_settings
 from estimator.fitting.trajectory import cost as flight_cost
 from estimator.impacts.breakage import worse_after
@@ -41,10 +42,11 @@ from estimator.measuring.by_samples import left_out_beside_contacts, on_all_samp
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 from estimator.reports.impact_reporting import impacts_estimate
+from estimator.reports.misfit_words import adequacy_statistics, misfit_after_impacts
 from estimator.reports.reporting import empty_estimate
 from estimator.reports.verdict import failed
 from estimator.search.candidate_flights import same_flight
-from estimator.surface.joint import JointFit
+from estimator.surface.joint import JointFit, slow_misfit
 
 Array = NDArray[np.float64]
 
@@ -77,11 +79,16 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
         refined, joint, why_not = _by_samples(seen, task, told.refined, configuration, plate)
         told = replace(told, refined=refined)
     status, message = judge_chain(chains, told.refined, configuration)
-    outcome = (status, " ".join([message, *contact_sentences(told, frame_interval_s(seen))]))
-    refined = told.refined
+    if joint is not None:
+        tested = slow_misfit(seen.particle, joint, huber=configuration.huber)
+    else:
+        tested = misfit(told.refined, facts_of(plate, task))
+    sentences = [message, *contact_sentences(told, frame_interval_s(seen)), *misfit_after_impacts(tested)]
+    outcome = (status, " ".join(sentences))
+    refined = widened(told.refined, tested)
     share = share_of(refined, joint, task, seen, configuration)
     estimate = impacts_estimate(seen, chains[0].found, refined, outcome, configuration=configuration, plate=plate, share=share)
-    statistics = {**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]}
+    statistics = {**estimate.statistics, **adequacy_statistics(tested), "impacts": [dict(vars(s)) for s in told.spreads]}
     estimate = _unless_broken(replace(estimate, statistics=statistics), seen.observation.clock.times_s)
     return with_surface(estimate, joint, why_not, said=said)
 

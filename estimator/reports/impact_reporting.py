@@ -67,13 +67,16 @@ def _impact(refined: PiecewiseRefined, number: int, gap: PlateGap | None) -> Imp
     flight = refined.flight
     touch, J = touch_and_sensitivity(flight, number)
     time_s, at = flight.bounces[number].time_s, flight.layout[named(TIME, number)]
+    covariance, drifts = spread_by(J, refined.covariance), [refined.drift(time_s, segment) for segment in (number, number + 1)]
+    for part, more in zip((BEFORE, AFTER), drifts, strict=True):
+        covariance[part, part] += more
     return ImpactEstimate(
         time_s=time_s,
         time_sigma_s=float(np.sqrt(refined.covariance[at, at].item())),
         x_world=touch.x[0],
         q_world_body=quaternion(touch.R[0] @ fitted_axes(flight)),
-        before=told_velocity(refined, time_s, touch.before[0], J[BEFORE]),
-        after=told_velocity(refined, time_s, touch.after[0], J[AFTER]),
-        covariance=spread_by(J, refined.covariance),
+        before=told_velocity(refined, time_s, touch.before[0], J[BEFORE], drifts[0]),
+        after=told_velocity(refined, time_s, touch.after[0], J[AFTER], drifts[1]),
+        covariance=covariance,
         plate=gap,
     )

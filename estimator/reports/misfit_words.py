@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from estimator.fitting.adequacy import AXES, INADEQUATE_P, Misfit
+from estimator.fitting.adequacy import INADEQUATE_P, Misfit
 from estimator.motion.flight import OMEGA, V
+from estimator.motion.slow_errors import AXES
 
 LEAST_P = 1e-16
 """Below which a p-value is told as below it: rounding."""
@@ -27,6 +28,7 @@ def adequacy_statistics(tested: Misfit | None) -> dict[str, Any]:
             "statistic": tested.statistic,
             "freedom": tested.freedom,
             "component": AXES[tested.component],
+            "after_impacts": tested.segment,
             "component_rms": tested.size,
             "component_p": tested.component_p,
             "noise_ratio": tested.noise_ratio,
@@ -38,15 +40,25 @@ def adequacy_statistics(tested: Misfit | None) -> dict[str, Any]:
 
 def misfit_sentence(tested: Misfit) -> str:
     """Converged, but: what says that the residuals are not noise."""
-    if tested.p < INADEQUATE_P:
-        size = f"{np.degrees(tested.size):.2g}°" if tested.component >= len(AXES) // 2 else f"{1e3 * tested.size:.2g} mm"
-        v, omega = (float(np.linalg.norm(tested.moved[place])) for place in (V, OMEGA))
+    return f"converged, but {_missed(tested)}"
+
+
+def misfit_after_impacts(tested: Misfit | None) -> list[str]:
+    """The same beside what was said of impacts; nothing where the residuals are noise."""
+    return [] if tested is None or tested.adequate else [f"T{_missed(tested)[1:]}"]
+
+
+def _missed(tested: Misfit) -> str:
+    if tested.p >= INADEQUATE_P:
         return (
-            f"converged, but the model misses something ({p_words(tested.p)}): the residuals are not noise; most of all the "
-            f"{AXES[tested.component]} is off by {size} RMS in a way that changes slowly with time. "
-            f"What that moves the velocities by ({v:.2g} m/s, {omega:.2g} rad/s) is in their uncertainties."
+            f"the model misses something: the residuals are {tested.noise_ratio:.1f} times the noise that the outlines show, "
+            "new in every frame. The uncertainties contain that as noise."
         )
+    size = f"{np.degrees(tested.size):.2g}°" if tested.component >= len(AXES) // 2 else f"{1e3 * tested.size:.2g} mm"
+    v, omega = (float(np.linalg.norm(tested.moved[place])) for place in (V, OMEGA))
+    where = f" after impact {tested.segment}" if tested.segment else ""
     return (
-        f"converged, but the model misses something: the residuals are {tested.noise_ratio:.1f} times the noise that the outlines show, "
-        "new in every frame. The uncertainties contain that as noise."
+        f"the model misses something ({p_words(tested.p)}): the residuals are not noise; most of all the "
+        f"{AXES[tested.component]} is off by {size} RMS{where} in a way that changes slowly with time. "
+        f"What that moves the velocities by ({v:.2g} m/s, {omega:.2g} rad/s) is in their uncertainties."
     )

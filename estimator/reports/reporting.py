@@ -22,6 +22,7 @@ from estimator.motion.flight import Motion, fitted_body, rates, still, velocitie
 from estimator.motion.piecewise import SHIFT
 from estimator.motion.rigid_body import rotation_matrices
 from estimator.motion.rotation import quaternion
+from estimator.motion.slow_errors import segment_of
 from estimator.outlines.result import OutlineTrack
 from estimator.particle.particle import Particle
 from estimator.poses.pose_search import FoundPoses
@@ -159,7 +160,8 @@ SILENT = 0.8
 def velocity_of(refined: Refined[Motion], time_s: float, share: CalibrationShare | None = None) -> VelocityEstimate:
     """Velocities at a time with their covariance, a calibration's ``share`` in it."""
     J = velocity_sensitivity(refined.flight, time_s)
-    more = 0.0 if share is None else share.covariance(J, time_s - refined.flight.first.time_s)
+    more = refined.drift(time_s, int(segment_of(refined.flight, np.array([time_s]))[0]))
+    more += 0.0 if share is None else share.covariance(J, time_s - refined.flight.first.time_s)
     return told_velocity(refined, time_s, np.concatenate(velocities(refined.flight, still(refined.flight), time_s), axis=1)[0], J, more)
 
 

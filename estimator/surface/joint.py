@@ -15,13 +15,14 @@ from scipy.linalg import block_diag
 
 from datasets.vocabulary.body import Body
 from estimator.data.fit_task import Prior, Sightings
-from estimator.fitting.adequacy import Misfit, misfit_of, slow_errors
+from estimator.fitting.adequacy import Misfit, misfit_of
 from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.problem import Fact, M, M_co, prior_equations, with_facts
 from estimator.fitting.stable_inverse import NothingSeen, scaled_inverse
 from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
 from estimator.likelihood.rows import noise_scales
-from estimator.motion.flight import COM, INERTIA, OFFSET, Motion
+from estimator.motion.flight import COM, INERTIA, OFFSET
+from estimator.motion.slow_errors import slow_errors
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
 from estimator.surface.evenness import Believed, believed
@@ -346,21 +347,21 @@ def linearised_end(particle: Particle, joint: JointFit[M], basis: Array | None =
     return fitted, whole, about
 
 
-def slow_misfit(particle: Particle, joint: JointFit[Motion], *, huber: float) -> Misfit | None:
+def slow_misfit(particle: Particle, joint: JointFit[M], *, huber: float) -> Misfit | None:
     """Whether slow errors of the poses are left where the fit has ended, the surface free to answer to them.
 
     ``None`` where the sightings do not determine them. Of 36 made flights of 100 frames in which nothing is missing ``p`` was below 0.1
     three times and above 0.9 seven times (trial run).
     """
-    basis, p = slow_errors(joint.sightings.times_s), len(joint.known.g)
+    slow, p = slow_errors(joint.sightings.times_s, joint.motion), len(joint.known.g)
     try:
-        fitted, whole, about = linearised_end(particle, joint, basis, huber=huber)
+        fitted, whole, about = linearised_end(particle, joint, slow.basis, huber=huber)
         end = scaled_step(fitted, whole, about.information, about.pull)
     except NothingSeen:
         return None
     of_frames = zip(fitted.groups[1:], joint.noise_px[1:], joint.outline_noise_px[1:], strict=True)
     left = np.concatenate([found / own * group.r for group, found, own in of_frames])
-    return misfit_of(end.step, end.covariance[p:, p:], basis, float(np.sqrt(np.mean(left**2))))
+    return misfit_of(end.step, end.covariance[p:, p:], slow, float(np.sqrt(np.mean(left**2))))
 
 
 def beside_the_surface(prior: Prior, facts: Sequence[Fact[M]] = ()) -> Callable[[M], NormalEquations]:

@@ -1,7 +1,9 @@
 """A fit that misses something is no plain ``converged`` on the console and in the report."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,11 +11,18 @@ import pytest
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate, write_estimate
 from estimator.fitting.adequacy import Misfit
-from estimator.reports.misfit_words import adequacy_statistics, misfit_sentence
+from estimator.motion.slow_errors import SlowErrors
+from estimator.reports.misfit_words import adequacy_statistics, misfit_after_impacts, misfit_sentence
 from tumble.cli.estimate import _status_cell, remarks, tell
 from tumble.reports.words import MISFIT_MEANING, MISFIT_NEXT, besides_status, meaning, next_steps
 
-SLOW = {"scales": np.stack([np.eye(3)] * 2), "moved": np.r_[np.zeros(6), 0.003, 0.0, 0.004, np.zeros(3), np.zeros(9)]}
+SLOW: dict[str, Any] = {
+    "scales": {0: np.stack([np.eye(3)] * 2)},
+    "moved": np.r_[np.zeros(6), 0.003, 0.0, 0.004, np.zeros(3), np.zeros(9)],
+    "segment": 0,
+    "slow": SlowErrors(np.zeros((9, 6, 18)), (0,), ((0.0, 1.0),)),
+    "b": np.zeros(18),
+}
 MISSES = Misfit(p=1e-9, statistic=90.0, freedom=18, component=1, size=8e-5, component_p=1e-8, noise_ratio=1.1, **SLOW)
 NOISE = Misfit(p=0.3, statistic=20.0, freedom=18, component=1, size=1e-5, component_p=0.2, noise_ratio=0.8, **SLOW)
 
@@ -30,6 +39,13 @@ def test_a_misfit_is_said() -> None:
     assert "misses something (p = 1.0e-09)" in remarks(estimate)[0]
     assert "path along y is off by 0.08 mm" in estimate.message
     assert "moves the velocities by (0.005 m/s, 0 rad/s) is in their uncertainties" in estimate.message
+
+
+def test_after_impacts_the_impact_before_a_misfit_is_told() -> None:
+    (told,) = misfit_after_impacts(replace(MISSES, segment=2))
+    assert told.startswith("The model misses something")
+    assert "off by 0.08 mm RMS after impact 2" in told
+    assert misfit_after_impacts(NOISE) == misfit_after_impacts(None) == []
 
 
 @pytest.mark.parametrize(("tested", "status"), [(NOISE, Status.CONVERGED), (MISSES, Status.AMBIGUOUS)])

@@ -79,7 +79,7 @@ MANY_LEFT_OUT = 0.2
 LARGE_ETE_PX = 1.5
 
 
-MISFIT_MEANING = "The fit converged, but its residuals are not noise: the model misses something. The intervals are too narrow."
+MISFIT_MEANING = "The fit converged, but its residuals are not noise: the model misses something. The intervals contain what shows of it."
 MISFIT_NEXT = "Run `tumble compare` on the observations: it says where the model misses, and `tumble diagnose` which effect may be missing."
 
 

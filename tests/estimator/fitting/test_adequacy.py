@@ -1,6 +1,7 @@
 """``converged`` says whether the residuals are noise."""
 
 import tomllib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,14 +14,18 @@ from datasets.observation import Observation
 from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import recipe_from_dict
 from datasets.scoring.score import score
+from datasets.vocabulary.body import Body
 from estimator.data.configuration import Configuration
-from estimator.fitting.adequacy import AXES, ORDERS, Misfit, misfit_of, slow_errors, slow_scales, widened
+from estimator.fitting.adequacy import Misfit, misfit_of, slow_scales, with_slow_errors
 from estimator.measure import measure
-from estimator.motion.flight import N_PARAMETERS, V, X
+from estimator.motion.flight import LAYOUT, N_PARAMETERS, Flight, V, X
+from estimator.motion.piecewise import Bounce, PiecewiseFlight
 from estimator.motion.rigid_body import rotation_matrices
+from estimator.motion.slow_errors import AXES, ORDERS, SlowErrors, slow_errors
 from synth.sequence import build_silhouette_sequence
 
 Array = NDArray[np.float64]
+TIMES_S = np.linspace(0.0, 0.02, 41)
 TUTORIAL = Path(__file__).parents[3] / "docs" / "tutorial_files" / "drag.toml"
 
 
@@ -51,8 +56,18 @@ def test_a_clean_sequence_is_adequate(clean: Observation) -> None:
     assert estimate.message == "converged."
 
 
+def flight(times_s: Array) -> Flight:
+    body = Body(np.zeros(3), np.eye(3), np.ones(3))
+    still = np.zeros(3)
+    return Flight(times_s[0], still, np.array([0.0, 0.0, 0.0, 1.0]), still, still, body, still, np.zeros(5), 0.0, still)
+
+
+def bouncing(times_s: Array, impacts_s: Sequence[float]) -> PiecewiseFlight:
+    return PiecewiseFlight(flight(times_s), tuple(Bounce(time_s, np.zeros(3), np.zeros(3)) for time_s in impacts_s))
+
+
 def test_slow_errors_are_none_of_the_flight() -> None:
-    basis = slow_errors(np.linspace(0.0, 0.02, 41))
+    basis = slow_errors(TIMES_S, flight(TIMES_S)).basis
     assert basis.shape == (41, 6, 18)
     line = np.column_stack([np.ones(41), np.linspace(0.0, 0.02, 41)])
     left = basis[:, 0, :3] - line @ np.linalg.lstsq(line, basis[:, 0, :3], rcond=None)[0]
@@ -60,11 +75,18 @@ def test_slow_errors_are_none_of_the_flight() -> None:
     assert not basis[:, 1, :3].any()
 
 
-TIMES_S = np.linspace(0.0, 0.02, 41)
+def test_segments_of_few_frames_have_no_slow_errors() -> None:
+    """Two impacts with a frame between them: the others still have theirs, each of its own frames."""
+    slow = slow_errors(TIMES_S, bouncing(TIMES_S, (0.0101, 0.0109)))
+    assert slow.segments == (0, 2)
+    assert slow.basis.shape == (41, 6, 36)
+    assert not slow.basis[20:, :, :18].any(axis=(1, 2))[2:].any()
+    assert slow.basis[23:, 0, 18:21].any()
+    assert not slow_errors(TIMES_S[:4], flight(TIMES_S)).segments
 
 
 def misfit_about(step: Array) -> Misfit:
-    found = misfit_of(step, np.eye(len(AXES) * len(ORDERS)), slow_errors(TIMES_S), 1.0)
+    found = misfit_of(step, np.eye(len(AXES) * len(ORDERS)), slow_errors(TIMES_S, flight(TIMES_S)), 1.0)
     assert found is not None
     return found
 
@@ -73,16 +95,30 @@ def test_what_a_slow_error_moves_the_flight_by_is_in_its_covariance() -> None:
     moved = np.random.default_rng(1).normal(size=N_PARAMETERS)
     b = np.zeros(len(AXES) * len(ORDERS))
     b[0] = 20.0
-    C = widened(np.eye(N_PARAMETERS), misfit_about(np.r_[moved, b]))
+    C = with_slow_errors(np.eye(N_PARAMETERS), LAYOUT, misfit_about(np.r_[moved, b]))
     beside = C - np.outer(moved, moved)
     expected = np.ones(N_PARAMETERS)
     expected[[X.start, V.start]] = (10.0 + 400.0) / (10.0 + len(ORDERS))
     np.testing.assert_allclose(beside, np.diag(expected), atol=1e-9)
 
 
-def test_noise_leaves_the_covariance_as_it_is() -> None:
-    step = np.random.default_rng(2).normal(size=N_PARAMETERS + len(AXES) * len(ORDERS))
-    np.testing.assert_array_equal(widened(np.eye(N_PARAMETERS), misfit_about(step)), np.eye(N_PARAMETERS))
+def test_what_shows_after_an_impact_is_of_the_velocities_after_it() -> None:
+    motion = bouncing(TIMES_S, (0.0101,))
+    slow, layout = slow_errors(TIMES_S, motion), motion.layout
+    step = np.zeros(layout.size + slow.basis.shape[2])
+    step[layout.size + 18 + 3] = 20.0
+    tested = misfit_of(step, np.eye(slow.basis.shape[2]), slow, 1.0)
+    assert tested is not None
+    assert (tested.segment, AXES[tested.component]) == (1, "path along y")
+    variance = np.diag(with_slow_errors(np.eye(layout.size), layout, tested))
+    assert np.flatnonzero(variance > 1.0).tolist() == [layout["impact_1_v"].start + 1]
+
+
+def test_what_slow_errors_are_in_velocity_is_their_slope() -> None:
+    slow, b = slow_errors(TIMES_S, flight(TIMES_S)), np.random.default_rng(4).normal(size=18)
+    slope = np.gradient(slow.basis @ b, TIMES_S, axis=0)[20]
+    np.testing.assert_allclose(slow.velocities(b, TIMES_S[20], 0), slope, rtol=0.02)
+    assert not slow.velocities(b, TIMES_S[20], 1).any()
 
 
 def test_the_axes_of_the_world_do_not_matter() -> None:
@@ -90,5 +126,8 @@ def test_the_axes_of_the_world_do_not_matter() -> None:
     root = random.normal(size=(3, 3))
     C, R = root @ root.T, rotation_matrices(np.array([[0.5, 0.5, 0.5, 0.5]]))[0] @ rotation_matrices(np.array([[0.6, 0.0, 0.0, 0.8]]))[0]
     b = 5.0 * random.normal(size=(3, len(ORDERS)))
-    at, turned = (slow_scales(x.ravel(), np.kron(of, np.eye(len(ORDERS))), range(3)) for x, of in ((b, C), (R @ b, R @ C @ R.T)))
+    alone = SlowErrors(np.zeros((0, 6, 9)), (0,), ((0.0, 1.0),))
+    at, turned = (
+        slow_scales((x.ravel(), np.kron(of, np.eye(len(ORDERS)))), alone, range(3), 0) for x, of in ((b, C), (R @ b, R @ C @ R.T))
+    )
     np.testing.assert_allclose(turned, R @ at @ R.T, rtol=1e-9)
