@@ -17,7 +17,7 @@ from datasets.vocabulary.effects import Stage, begins, in_words
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
-from estimator.diagnosis.explain import ESTABLISHED, Explanation, Step, explain
+from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.selection.names import left_out, possible_names, widened
@@ -51,7 +51,7 @@ from tumble.limiting import beside_words, fact_entries, limits_entry, name_entri
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import advised
-from tumble.reports.verdict import Verdict, far_off, likely_more, percent, verdict_of
+from tumble.reports.verdict import EXPLAINED, NOTHING_MORE, PART_EXPLAINED, Verdict, far_off, verdict_of, verdict_of_explanation
 from tumble.reports.words import model_words, rms_word
 from tumble.result_files import estimate_path
 from tumble.told_models import in_place_values, models_told
@@ -69,8 +69,6 @@ FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
-NOTHING_MORE = "Then nothing more is missing"
-EXPLAINED, PART_EXPLAINED = "The campaign is explained with", "Part of what the campaign shows is explained with"
 STAND_IN = "a name may stand in for something that the catalogue lacks."
 
 
@@ -460,38 +458,6 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
             elif not effect.noise:
                 told.append(f"{begins(effect.entry.title)} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)
-
-
-def _with_rivals(step: Step) -> str:
-    """An effect that is established, with those of its other names in the catalogue that are not improbable."""
-    known = [name for name in step.names[1:] if not name.unknown and name.probability > 1.0 - ESTABLISHED]
-    rivals = " or ".join(" with ".join(in_words(part.key) for part in name.parts) for name in known)
-    return in_words(step.added) + (f" (or, which these data do not tell from it, {rivals})" if rivals else "")
-
-
-def _unless(explanation: Explanation) -> str:
-    """What was found that may be something unknown instead, by the probability of that; nothing where that is improbable."""
-    instead = {step.added: sum(name.probability for name in step.names if name.unknown) for step in explanation.steps}
-    doubted = [f"{in_words(key)} ({percent(p)})" for key, p in instead.items() if p > 1.0 - ESTABLISHED]
-    return f", unless something that no known effect describes has the place of {' or '.join(doubted)}" if doubted else ""
-
-
-def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
-    """The verdict on what was found and on what is left."""
-    found = explanation.found
-    if not found:
-        return last
-    sure = [_with_rivals(step) for step in explanation.steps if step.established]
-    rest = [step for step in explanation.steps if not step.established]
-    suspected = [f"{in_words(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
-    remarks: tuple[str, ...] = ()
-    if explanation.left is not None and explanation.left.present:
-        more, remarks = "Something is left that no effect of the catalogue explains.", last.remarks
-    else:
-        more = likely_more(explanation.diagnosis) if explanation.diagnosis.probability < 0.5 else f"{NOTHING_MORE}{_unless(explanation)}."
-    opening = f"{EXPLAINED if more.startswith(NOTHING_MORE) else PART_EXPLAINED} {', '.join(sure)}." if sure else "Nothing is established."
-    beside = f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
-    return Verdict("found", f"{opening}{beside} {more}", remarks, found)
 
 
 def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdict:

@@ -42,8 +42,8 @@ class Misfit:
 
     ``component``: index into :data:`AXES` of the slow error that shows most, in the ``segment`` after so many impacts, ``size`` its RMS
     there (m or rad) and ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one.
-    ``scales`` of path and rotation (2, 3, 3) by segment, see :func:`slow_scales`; ``moved`` (p,): by what the flight's parameters change
-    where slow errors are allowed, and these are ``slow`` with coefficients ``b`` (k,).
+    ``scales`` of path and rotation (2, 3, 3), any unit, world axes, by segment, see :func:`slow_scales`; ``moved`` (p,): by what the
+    flight's parameters change where slow errors are allowed, and these are ``slow`` with coefficients ``b`` (k,).
     """
 
     p: float

@@ -28,11 +28,11 @@ from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.estimator.unknown_campaigns import unknown_campaign
 from tests.tumble.test_effect_writing import diagnosis
 from tumble.cli.main import main
-from tumble.diagnosing import not_applicable, verdict_of_explanation
+from tumble.diagnosing import not_applicable
 from tumble.diagnosis_documents import Entry
 from tumble.limiting import beside_words, names_sentence
 from tumble.reports.campaign_page import render
-from tumble.reports.verdict import Verdict
+from tumble.reports.verdict import Verdict, verdict_of_explanation
 from tumble.unknowns import NO_LAW, _exponent_words, _sentences, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")

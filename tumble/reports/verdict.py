@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 
 from datasets.vocabulary.effects import in_words
 from estimator.diagnosis.diagnose import Diagnosis, Finding, TestedValue, blind_to, says_nothing, tested_values
+from estimator.diagnosis.explain import ESTABLISHED, Explanation, Step
 from estimator.diagnosis.selection.groups import FACTOR
 from tumble.reports.words import names_in_words
 
 NOTHING_KNOWN = "something that no known effect describes"
+NOTHING_MORE = "Then nothing more is missing"
+EXPLAINED, PART_EXPLAINED = "The campaign is explained with", "Part of what the campaign shows is explained with"
 MOST_LIKELY = 4
 """Effects that are told where none stands out."""
 
@@ -117,3 +120,35 @@ def _words(value: TestedValue) -> str:
     unit = "" if value.parameter.unit == "1" else f" {value.parameter.unit}"
     digits = 1 - math.floor(math.log10(value.sigma)) if value.sigma > 0 else 6
     return f"{value.parameter.name} = {round(value.value, digits):g} ± {value.sigma:.2g}{unit}"
+
+
+def _with_rivals(step: Step) -> str:
+    """An effect that is established, with those of its other names in the catalogue that are not improbable."""
+    known = [name for name in step.names[1:] if not name.unknown and name.probability > 1.0 - ESTABLISHED]
+    rivals = " or ".join(" with ".join(in_words(part.key) for part in name.parts) for name in known)
+    return in_words(step.added) + (f" (or, which these data do not tell from it, {rivals})" if rivals else "")
+
+
+def _unless(explanation: Explanation) -> str:
+    """What was found that may be something unknown instead, by the probability of that; nothing where that is improbable."""
+    instead = {step.added: sum(name.probability for name in step.names if name.unknown) for step in explanation.steps}
+    doubted = [f"{in_words(key)} ({percent(p)})" for key, p in instead.items() if p > 1.0 - ESTABLISHED]
+    return f", unless {NOTHING_KNOWN} has the place of {' or '.join(doubted)}" if doubted else ""
+
+
+def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
+    """The verdict on what was found and on what is left."""
+    found = explanation.found
+    if not found:
+        return last
+    sure = [_with_rivals(step) for step in explanation.steps if step.established]
+    rest = [step for step in explanation.steps if not step.established]
+    suspected = [f"{in_words(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
+    remarks: tuple[str, ...] = ()
+    if explanation.left is not None and explanation.left.present:
+        more, remarks = "Something is left that no effect of the catalogue explains.", last.remarks
+    else:
+        more = likely_more(explanation.diagnosis) if explanation.diagnosis.probability < 0.5 else f"{NOTHING_MORE}{_unless(explanation)}."
+    opening = f"{EXPLAINED if more.startswith(NOTHING_MORE) else PART_EXPLAINED} {', '.join(sure)}." if sure else "Nothing is established."
+    beside = f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
+    return Verdict("found", f"{opening}{beside} {more}", remarks, found)
