@@ -6,7 +6,7 @@ are polynomials of time of the orders 2, 3 and 4 along every axis, ``S' = [S, P_
 from the refined flight gives their coefficients ``b`` and, by the sandwich formula that gives the error bars, their covariance ``C``: own
 noise of the outlines, noise of the calibrated views and the body-fixed error, which both come back from frame to frame and are not misfit.
 ``bᵀ C⁻¹ b`` is compared with chi² of 18 degrees of freedom [Rao 1948; White 1982]. Of a flight with impacts each segment between them has
-slow errors of its own.
+slow errors of its own. What is made of them where they show: decision 72.
 
 Blind to what changes from frame to frame (jitter of the clock, vibration): that raises the noise itself, which :class:`Misfit` tells as
 ``noise_ratio``, the residuals' standard deviation over the one that the outlines' neighbouring samples let expect.
