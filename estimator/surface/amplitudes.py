@@ -102,7 +102,7 @@ def amplitudes_of(
     frames = csr_array(every.T @ every)
     border = np.column_stack([J.T @ each.by_motion for J, each in zip(rows, felt, strict=True)])
     single = csr_array(vstack([each.samples for each in felt]) @ prior.basis)
-    answers = factorised(csr_array(known + single.T @ single), prior.corner, prior.sphere).solve(_scaled(border))
+    answers = factorised(csr_array(vstack([prior.rows, views.J, single])), prior.corner, prior.sphere).solve(_scaled(border))
     kept = independent(answers, known, frames)
     kept = kept if most is None else kept[:, -most:]
     here = kept.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
