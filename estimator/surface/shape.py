@@ -8,12 +8,11 @@ from estimator.geometry.silhouettes import Silhouettes
 from estimator.surface.evenness import BENT, LEAST_BEND, Believed, believed, slowed
 from estimator.surface.star_surface import Surface
 
-ALIGNED = 7
+ALIGNED = 8
 """Rounds in which corners are drawn to edges, samples as noisy as their outlines show by themselves."""
-FIRST_BEND, EVEN, SHARP = 0.1, 5, 10
+FIRST_BEND, EVEN, SHARP = 0.1, 5, 14
 """Scale of bends in the first rounds, the usual bend of jagged bodies; rounds that keep it, and the round by which it has fallen to the
-least. Falling from the first round on, edges formed that are none: samples of a stone's frames lay 0.26 px off, not 0.22. Falling over nine
-rounds rather than five, 21 flights were measured no better."""
+least. Falling from the first round on, edges formed that are none: samples of a stone's frames lay 0.26 px off, not 0.22."""
 
 
 @dataclass(frozen=True)
