@@ -18,7 +18,6 @@ SHAPES_CHECKED_IN = (
     "synth.particles",
     "synth.rig",
     "synth.silhouette",
-    "estimator.geometry.visual_hull",
 )
 """Public functions of these check the shapes they state, in tests only."""
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
+import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 from skimage.measure import marching_cubes
 
 from datasets.errors import InputError
@@ -90,11 +90,24 @@ def inside_by(outline: Outline, view: CalibratedView) -> Callable[[Array], Array
     def distance(points: Array) -> Array:
         cam = points @ view.R_cam_particle.T + view.t_cam_particle
         px = view.intrinsics.project(cam) - image.corner_px
-        values = map_coordinates(image.values, [px[:, 1], px[:, 0]], order=1, mode="nearest", prefilter=False)
-        outside = np.maximum(np.maximum(-px, px - (np.array(image.values.shape[::-1]) - 1)), 0.0).sum(axis=1)
-        return np.asarray((values - outside) * cam[:, 2] / view.intrinsics.fx_px, dtype=np.float64)
+        return np.asarray(_inside_px(image.values, px) * cam[:, 2] / view.intrinsics.fx_px)
 
     return distance
+
+
+@numba.njit(cache=True)
+def _inside_px(values, px):  # type: ignore[no-untyped-def]
+    """An image's ``values`` (h, w) at ``px`` (n, 2), linear between pixels; beside it those of its edge less how far away that is."""
+    found, wide, high = np.empty(len(px)), values.shape[1] - 1, values.shape[0] - 1
+    for k in range(len(px)):
+        x, y = px[k, 0] if px[k, 0] > 0.0 else 0.0, px[k, 1] if px[k, 1] > 0.0 else 0.0  # what is no number lies at the edge, too
+        x, y = min(x, wide), min(y, high)
+        i, j = min(int(x), wide - 1), min(int(y), high - 1)
+        across, down = x - i, y - j
+        upper = values[j, i] * (1.0 - across) + values[j, i + 1] * across
+        lower = values[j + 1, i] * (1.0 - across) + values[j + 1, i + 1] * across
+        found[k] = upper * (1.0 - down) + lower * down - abs(px[k, 0] - x) - abs(px[k, 1] - y)
+    return found
 
 
 def _distance_image(outline: Outline) -> _DistanceImage:

@@ -102,8 +102,8 @@ def amplitudes_of(
     frames = csr_array(every.T @ every)
     border = np.column_stack([J.T @ each.by_motion for J, each in zip(rows, felt, strict=True)])
     single = csr_array(vstack([each.samples for each in felt]) @ prior.basis)
-    answers = factorised(csr_array(known + single.T @ single), prior.corner, prior.sphere).solve(_scaled(border))
-    kept = independent(answers, known, frames)
+    answers = factorised(csr_array(vstack([prior.rows, views.J, single])), prior.corner, prior.sphere).solve(_scaled(border))
+    kept, _ = independent(answers, known, frames)
     kept = kept if most is None else kept[:, -most:]
     here = kept.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
     moves = np.asarray(prior.basis @ kept)
@@ -121,8 +121,11 @@ def _scaled(border: Array) -> Array:
 
 def independent(
     answers: Float[NDArray[np.float64], "u p"], known: csr_array | LinearOperator, frames: csr_array
-) -> Float[NDArray[np.float64], "u m"]:
-    """Combinations of ``answers`` that are independent with variance one under ``known`` (u, u) and that ``frames`` (u, u) feel."""
+) -> tuple[Float[NDArray[np.float64], "u m"], Float[NDArray[np.float64], " m"]]:
+    """Combinations of ``answers`` that are independent with variance one under ``known`` (u, u) and that ``frames`` (u, u) feel.
+
+    And by how much these feel each (m,): by their information, in which they are independent, too.
+    """
     products = answers.T @ (known @ answers)
     size = np.sqrt(np.diag(products))
     answers = answers / size
@@ -130,4 +133,5 @@ def independent(
     there = value > ROUNDING * value[-1]
     whitened = answers @ (vector[:, there] / np.sqrt(value[there]))
     information, turn = np.linalg.eigh(whitened.T @ (frames @ whitened))
-    return np.asarray(whitened @ turn[:, information > LEAST_FELT])
+    felt = information > LEAST_FELT
+    return np.asarray(whitened @ turn[:, felt]), np.asarray(information[felt])

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array
+from scipy.linalg.blas import dsyrk
+from scipy.sparse import csr_array, diags_array, vstack
 
 from estimator.surface.dissection import Factor, factorised
 from estimator.surface.evenness import Believed
@@ -112,7 +113,7 @@ def weights(gap_px: Array, noise_px: float, huber: float) -> Array:
 def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Eliminated:
     """The normal equations without the surface."""
     rows, values = prior.rows, prior.values
-    factor = factorised(csr_array(sum((g.J.T @ g.J for g in groups), start=rows.T @ rows)), prior.corner, prior.sphere)
+    factor = factorised(csr_array(vstack([rows, *(group.J for group in groups)])), prior.corner, prior.sphere)
     by_surface = prior.basis.T @ whole.by_corner
     border, gradient = -by_surface @ whole.by_motion, rows.T @ values - by_surface @ whole.residual
     H, g = whole.by_motion.T @ whole.by_motion, whole.by_motion.T @ whole.residual
@@ -121,8 +122,8 @@ def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Elim
         gradient += group.J.T @ group.r
         H[np.ix_(group.place, group.place)] += filled(group.F.T @ group.F)
         g[group.place] += group.F.T @ group.r
-    plain, half = _halves(factor, by_surface, np.column_stack([border, gradient]))
-    H, g = H - plain[:, :-1].T @ half[:, :-1], g - plain[:, :-1].T @ half[:, -1]
+    taken, half = _halves(factor, by_surface, np.column_stack([border, gradient]))
+    H, g = H - taken[:-1, :-1], g - taken[:-1, -1]
     return Eliminated(np.asarray(0.5 * (H + H.T)), np.asarray(g), half, factor, tuple(groups), prior)
 
 
@@ -132,13 +133,15 @@ def filled(products: Any) -> Array:
 
 
 def _halves(factor: Factor, by_surface: Array, right: Array) -> tuple[Array, Array]:
-    """What the factor takes to ``right`` (u, r), and that less what rows that bear on the whole surface take of it [Woodbury's identity].
+    """What eliminating the surface takes (r, r) from products of ``right`` (u, r), and what the factor takes to that.
 
-    These rows would fill the factorised matrix: the second's products with the first are those of the inverse with them in it.
+    Rows that bear on the whole surface would fill the factorised matrix: they enter by Woodbury's identity.
     """
-    halves = factor.forward(np.column_stack([right, by_surface]))
-    plain, through = halves[:, : right.shape[1]], halves[:, right.shape[1] :]
-    return plain, plain - through @ np.linalg.solve(np.eye(through.shape[1]) + through.T @ through, through.T @ plain)
+    halves, r = factor.forward(np.column_stack([right, by_surface])), right.shape[1]
+    upper = dsyrk(1.0, halves.T)
+    products = upper + np.triu(upper, 1).T
+    answer = np.linalg.solve(np.eye(len(products) - r) + products[r:, r:], products[r:, :r])
+    return products[:r, :r] - products[:r, r:] @ answer, halves[:, :r] - halves[:, r:] @ answer
 
 
 def _taken(factor: Factor, groups: Sequence[csr_array], rng: np.random.Generator) -> list[float]:

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 DRAWN_PX, COARSEST = 900, 4
 """Size of the drawing, and how much finer than the pixels it is at least."""
-BUCKET = 16
+BUCKET = 8
 """Pixels of the drawing along a bucket in which the nearest of its points is looked for; any number finds the same."""
 LEAST = 1e-9
 """More than rounding leaves of a length (px) or an angle that is none, and less than any other: of hulls' faces, 1e-13 and 1e-7."""

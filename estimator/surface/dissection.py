@@ -114,15 +114,17 @@ class Factor:
         return solved
 
 
-def factorised(A: csr_array, corner: Index, ball: Sphere) -> Factor:
-    """The factor of a symmetric positive definite matrix (u, u) of unknowns that move each one ``corner`` (u,) of a surface.
+def factorised(rows: csr_array, corner: Index, ball: Sphere) -> Factor:
+    """The factor of the normal matrix (u, u) of weighted ``rows`` (r, u), whose unknowns move each one ``corner`` (u,) of a surface.
+
+    The matrix itself is not made: each row's products are added to the block in which the first of its unknowns is eliminated.
 
     Raises
     ------
     NothingSeen
-        Where it is not positive definite.
+        Where the matrix is not positive definite.
     ValueError
-        Where it joins corners that are more than two edges apart.
+        Where a row joins corners that are more than two edges apart.
     """
     blocks, counts = blocks_of(ball), np.bincount(corner, minlength=len(ball.directions))
     eliminated = np.concatenate([block.own for block in blocks])
@@ -131,17 +133,21 @@ def factorised(A: csr_array, corner: Index, ball: Sphere) -> Factor:
     begins = np.empty(len(counts), dtype=np.int64)
     begins[eliminated] = starts[:-1]
     order = np.argsort(begins[corner], kind="stable")
-    ordered, local = A[order][:, order], np.full(len(order), -1)
+    ends = starts[np.cumsum([len(block.own) for block in blocks])]
+    columns = np.argsort(order)[rows.indices]
+    row_order, row_starts = _by_block(rows.indptr, columns, np.repeat(np.arange(len(blocks)), np.diff(ends, prepend=0)))
+    local = np.full(len(order), -1)
     fronts: list[Front] = []
     left: list[Array] = []
     first = 0
-    for block in blocks:
-        end, rest = first + int(counts[block.own].sum()), _unknowns(begins[block.touch], counts[block.touch])
+    for number, (block, end) in enumerate(zip(blocks, ends.tolist(), strict=True)):
+        rest = _unknowns(begins[block.touch], counts[block.touch])
         local[first:end], local[rest] = np.arange(end - first), end - first + np.arange(len(rest))
         k, b = end - first, len(rest)
         own, below, beyond = (np.zeros(shape, order="F") for shape in ((k, k), (b, k), (b, b)))
-        if not _gathered(own, below, (ordered.indptr, ordered.indices, ordered.data), first, local):
-            raise ValueError("expected a matrix that joins corners at most two edges apart, got one that joins others")
+        mine = row_order[row_starts[number] : row_starts[number + 1]]
+        if not _gathered(own, below, beyond, (rows.indptr, columns, rows.data, mine), local):
+            raise ValueError("expected rows that join corners at most two edges apart, got one that joins others")
         for child in block.children:
             _added(own, below, beyond, left[child], local[fronts[child].rest])
             left[child] = np.zeros((0, 0))
@@ -171,23 +177,42 @@ def _front(own: Array, below: Array, beyond: Array, first: int, rest: Index) -> 
 
 
 @numba.njit(cache=True)
-def _gathered(own, below, rows, first, local):  # type: ignore[no-untyped-def]
-    """Put the entries of a symmetric matrix's sparse ``rows`` from ``first`` on, from the diagonal on, where ``local`` (u,) says.
+def _by_block(pointers, columns, block):  # type: ignore[no-untyped-def]
+    """Numbers of sparse rows in the order of the first ``block`` (u,) that has one of their columns, and where those of each begin."""
+    first, starts = np.full(len(pointers) - 1, -1), np.zeros(block[-1] + 2, np.int64)
+    for r in range(len(first)):
+        if pointers[r] < pointers[r + 1]:
+            first[r] = block[columns[pointers[r] : pointers[r + 1]].min()]
+            starts[first[r] + 1] += 1
+    starts = np.cumsum(starts)
+    order, place = np.empty(starts[-1], np.int64), starts.copy()
+    for r in range(len(first)):
+        if first[r] >= 0:
+            order[place[first[r]]] = r
+            place[first[r]] += 1
+    return order, starts
 
-    Whether it says where for all of them.
-    """
-    pointers, columns, values = rows
-    k, known = len(own), True
-    for j in range(k):
-        for at in range(pointers[first + j], pointers[first + j + 1]):
-            if columns[at] >= first + j:
-                i = local[columns[at]]
-                known = known and i >= 0
-                if 0 <= i < k:
-                    own[i, j] += values[at]
-                elif i >= k:
-                    below[i - k, j] += values[at]
-    return known
+
+@numba.njit(cache=True)
+def _gathered(own, below, beyond, rows, local):  # type: ignore[no-untyped-def]
+    """Add the products of those sparse ``rows`` that are a block's, where ``local`` (u,) says; whether it says where for all of them."""
+    pointers, columns, values, mine = rows
+    k = len(own)
+    for r in mine:
+        for at in range(pointers[r], pointers[r + 1]):
+            here = local[columns[at]]
+            if here < 0:
+                return False
+            for to in range(pointers[r], at + 1):
+                there = local[columns[to]]
+                i, j, product = max(here, there), min(here, there), values[at] * values[to]
+                if i < k:
+                    own[i, j] += product
+                elif j < k:
+                    below[i - k, j] += product
+                else:
+                    beyond[i - k, j - k] += product
+    return True
 
 
 @numba.njit(cache=True)

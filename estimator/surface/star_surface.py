@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
+import numba
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
@@ -141,12 +142,21 @@ def _first_crossings(curve: Array, angles: Array) -> Array:
     low = np.mod(low + np.pi, 2.0 * np.pi) - np.pi
     twice = np.concatenate([angles[order], angles[order] + 2.0 * np.pi])
     first, end = np.searchsorted(twice, low), np.searchsorted(twice, low + np.abs(turned), side="right")
-    edge = np.repeat(np.arange(len(curve)), end - first)
-    ray = order[(np.arange(len(edge)) - np.repeat(np.cumsum(end - first) - (end - first), end - first) + first[edge]) % len(angles)]
-    u = np.column_stack([np.cos(angles[ray]), np.sin(angles[ray])])
-    a, e = start[edge], along[edge]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        far = (a[:, 0] * e[:, 1] - a[:, 1] * e[:, 0]) / (u[:, 0] * e[:, 1] - u[:, 1] * e[:, 0])
-    crossed = np.full(len(angles), np.inf)
-    np.minimum.at(crossed, ray, np.where(far > 0.0, far, np.inf))
+    return np.asarray(_nearest_crossings(start, along, (first, end), order, angles))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _nearest_crossings(start, along, rays, order, angles):  # type: ignore[no-untyped-def]
+    """How far (n,) rays at ``angles`` (n,) first cross edges that run ``along`` (k, 2) from their ``start`` (k, 2).
+
+    ``rays``: where in their ``order`` (n,) by angle, which goes round, those that may cross an edge begin and end (k,).
+    """
+    crossed, u, v = np.full(len(angles), np.inf), np.cos(angles), np.sin(angles)
+    for k in range(len(start)):
+        (x, y), (dx, dy) = start[k], along[k]
+        for at in range(rays[0][k], rays[1][k]):
+            ray = order[at % len(order)]
+            far = (x * dy - y * dx) / (u[ray] * dy - v[ray] * dx)
+            if 0.0 < far < crossed[ray]:
+                crossed[ray] = far
     return crossed

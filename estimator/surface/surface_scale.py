@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, solve_triangular
+from scipy.linalg import solve_triangular
 from scipy.sparse import csr_array, vstack
 from scipy.sparse.linalg import aslinearoperator
 
@@ -49,13 +49,17 @@ def scaled_step(fitted: Eliminated, whole: Whole, known: Array, pull: Array) -> 
     unshifted = aslinearoperator(csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J))
     believed = unshifted - aslinearoperator(shifts.T) @ aslinearoperator(shifts)
     every = csr_array(vstack([each.J for each in frames]))
-    moves = independent(fitted.solved[:, :-1], believed, csr_array(every.T @ every))
+    moves, felt = independent(fitted.solved[:, :-1], believed, csr_array(every.T @ every))
     here = moves.T @ (prior.rows.T @ prior.values + views.J.T @ views.r - shifts.T @ off)
-    rows = [_rows(filled(each.F), each.J @ moves, each.place, p) for each in frames]
-    rows.append(np.column_stack([whole.by_motion[:, :p], -whole.by_corner.T @ (prior.basis @ moves)]))
-    residual = [*(each.r for each in frames), whole.residual]
-    H = sum((each.T @ each for each in rows), start=block_diag(known[:p, :p], np.zeros((len(here),) * 2)))
-    g = sum((each.T @ r for each, r in zip(rows, residual, strict=True)), start=np.concatenate([pull[:p], np.zeros(len(here))]))
+    by_motion, by_moves = whole.by_motion[:, :p], -whole.by_corner.T @ (prior.basis @ moves)
+    both, g = by_motion.T @ by_moves, np.column_stack([by_motion, by_moves]).T @ whole.residual
+    g[:p] += pull[:p]
+    for each in frames:
+        both[each.place] += filled(each.J.T @ each.F).T @ moves
+        g[each.place] += each.F.T @ each.r
+        g[p:] += moves.T @ (each.J.T @ each.r)
+    of_motions = known[:p, :p] + fitted.of_motions(whole)[:p, :p]
+    H = np.block([[of_motions, both], [both.T, np.diag(felt) + by_moves.T @ by_moves]])
     answer = scaled_inverse(H[:p, :p]) @ np.column_stack([H[:p, p:], g[:p]])
     information = H[p:, p:] - H[p:, :p] @ answer[:, :-1]
     scale = scale_of(information, information @ here - (g[p:] - H[p:, :p] @ answer[:, -1]))
@@ -80,10 +84,3 @@ def scale_of(information: Float[NDArray[np.float64], "m m"], pull: Float[NDArray
         if done:
             break
     return scale
-
-
-def _rows(F: Array, G: Array, place: NDArray[np.int64], count: int) -> Array:
-    """Derivatives (r, p + m) by all motions, of ``count``, and by the moves."""
-    wide = np.zeros((len(F), count + G.shape[1]))
-    wide[:, place], wide[:, count:] = F, G
-    return wide
