@@ -42,8 +42,9 @@ class Misfit:
 
     ``component``: index into :data:`AXES` of the slow error that shows most, in the ``segment`` after so many impacts, ``size`` its RMS
     there (m or rad) and ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one.
-    ``scales`` of path and rotation (2, 3, 3), any unit, world axes, by segment, see :func:`slow_scales`; ``moved`` (p,): by what the
-    flight's parameters change where slow errors are allowed, and these are ``slow`` with coefficients ``b`` (k,).
+    ``scales`` of path and rotation (2, 3, 3), any unit, world axes, see :func:`slow_scales`, by segment, of those in which they show;
+    ``moved`` (p,): by what the motion's parameters change where slow errors are allowed, ``velocity_shift`` (6,) m/s and rad/s, world
+    frame, the velocities that ``segment`` begins with among them; these errors are ``slow`` with coefficients ``b`` (k,).
     """
 
     p: float
@@ -55,6 +56,7 @@ class Misfit:
     noise_ratio: float
     scales: Mapping[int, Array]
     moved: Array
+    velocity_shift: Array
     segment: int
     slow: SlowErrors
     b: Array
@@ -62,7 +64,12 @@ class Misfit:
     @property
     def adequate(self) -> bool:
         """Whether the residuals look like noise."""
-        return self.p >= INADEQUATE_P and self.noise_ratio <= NOISY
+        return not self.slowly_off and self.noise_ratio <= NOISY
+
+    @property
+    def slowly_off(self) -> bool:
+        """Whether slow errors show."""
+        return self.p < INADEQUATE_P
 
 
 def misfit(refined: Refined[M], facts: Sequence[Fact[M]] = ()) -> Misfit | None:
@@ -71,37 +78,39 @@ def misfit(refined: Refined[M], facts: Sequence[Fact[M]] = ()) -> Misfit | None:
     at, own = linearise(task, motion, refined.at.settings, slow.basis), motion.layout.size
     try:
         system = with_more(at, with_facts(prior_of(alone(task, motion), motion), facts, motion))
-        step, C = system.solved().step, sandwich(system)[own:, own:]
+        solved, C = system.solved(), sandwich(system)[own:, own:]
     except NothingSeen:
         return None
-    return misfit_of(step, C, slow, float(np.sqrt(refined.noise.mean_square)))
+    return misfit_of((solved.step[own:], C), solved.shared, slow, motion.layout, noise_ratio=float(np.sqrt(refined.noise.mean_square)))
 
 
-def misfit_of(step: Array, C: Array, slow: SlowErrors, noise_ratio: float) -> Misfit | None:
-    """The test of ``slow`` errors with k coefficients.
+def misfit_of(found: tuple[Array, Array], inverse: Array, slow: SlowErrors, layout: Layout, *, noise_ratio: float) -> Misfit | None:
+    """The test of ``slow`` errors with k coefficients beside the p parameters of a motion's ``layout``.
 
-    ``step`` (p + k,): of the motion's parameters and of the coefficients, which have a covariance ``C`` (k, k).
+    ``found``: the coefficients (k,) and their covariance (k, k); ``inverse`` (p + k, p + k) of the normal matrix.
     ``None`` where the sightings do not determine them.
     """
-    freedom = slow.basis.shape[2]
-    moved, b = np.split(step, [len(step) - freedom])
-    if freedom == 0:
+    b, C = found
+    if not slow.segments:
         return None
     try:
-        statistic = float(b @ scaled_inverse(C) @ b)
-        each = {(axis, k): _component(b, C, slow.columns(axis, k)) for k in slow.segments for axis in range(len(AXES))}
+        statistic, moved = _square(b, C), inverse[: -len(b), -len(b) :] @ scaled_inverse(inverse[-len(b) :, -len(b) :]) @ b
+        of_segments = {k: chdtrc(len(AXES) * len(ORDERS), _square(b, C, slow.of_segment(k))) for k in slow.segments}
+        each = {(axis, k): _square(b, C, slow.columns(axis, k)) for k in slow.segments for axis in range(len(AXES))}
     except NothingSeen:
         return None
     component, segment = most = max(each, key=lambda at: each[at])
     columns = slow.columns(*most)
     error = slow.basis[:, component, columns]
     size = float(np.sqrt(np.mean((error[error.any(axis=1)] @ b[columns]) ** 2)))
-    scales = {k: np.array([slow_scales((b, C), slow, axes, k) for axes in (PATH, ROTATION)]) for k in slow.segments}
-    p, own_p = float(chdtrc(freedom, statistic)), float(chdtrc(len(ORDERS), each[most]))
-    return Misfit(p, statistic, freedom, component, size, own_p, noise_ratio, scales, moved, segment, slow, b)
+    shown = [k for k in slow.segments if k == segment or of_segments[k] < INADEQUATE_P]
+    scales = {k: np.array([slow_scales(found, slow, axes, k) for axes in (PATH, ROTATION)]) for k in shown}
+    shift = np.concatenate([moved[layout[name]] for name in velocity_blocks(segment)])
+    p, own_p = float(chdtrc(len(b), statistic)), float(chdtrc(len(ORDERS), each[most]))
+    return Misfit(p, statistic, len(b), component, size, own_p, noise_ratio, scales, moved, shift, segment, slow, b)
 
 
-def slow_scales(found: tuple[Array, Array], slow: SlowErrors, axes: range, segment: int) -> Array:
+def slow_scales(found: tuple[Array, Array], slow: SlowErrors, axes: Sequence[int], segment: int) -> Array:
     """How much further from none ``slow`` errors along three ``axes`` are than their covariance says: symmetric (3, 3), one at least.
 
     ``found``: coefficients (k,) and their covariance (k, k).
@@ -122,32 +131,42 @@ def slow_scales(found: tuple[Array, Array], slow: SlowErrors, axes: range, segme
 
 def widened(refined: Refined[M], tested: Misfit | None) -> Refined[M]:
     """A motion whose covariance has the slow errors in it where its residuals show them beside the noise."""
-    if tested is None or tested.p >= INADEQUATE_P:
+    if tested is None or not tested.slowly_off:
         return refined
     covariance = with_slow_errors(refined.covariance, refined.flight.layout, tested)
-    return replace(refined, covariance=covariance, drift=partial(_drift, tested))
+    return replace(refined, covariance=covariance, drift=partial(drifting, tested))
 
 
-def _drift(tested: Misfit, time_s: float, segment: int) -> Array:
-    """What slow errors add to the covariance (6, 6) of velocities at a time, were they the motion's and not the poses'."""
-    slopes = tested.slow.velocities(tested.b, time_s, segment)
-    return np.outer(slopes, slopes)
+def drifting(tested: Misfit, time_s: float, segment: int, omega: Array) -> Array:
+    """What slow errors add to the covariance (6, 6) of velocities at a time, were they the motion's and not the poses'.
+
+    ``omega`` (3,) rad/s, world frame, there.
+    """
+    if segment not in tested.scales:
+        return np.zeros((len(AXES), len(AXES)))
+    moved = tested.slow.velocities(tested.b, time_s, segment, omega)
+    return np.outer(moved, moved)
 
 
 def with_slow_errors(covariance: Array, layout: Layout, tested: Misfit) -> Array:
     """The ``covariance`` (p, p) of parameters with what slow errors make of it (p, p).
 
     That has two parts: what the polynomials that show move the motion by, in full (a drag that nobody named), and what their like of the
-    orders 0 and 1, which cannot show, must be expected to do.
+    orders 0 and 1, which do not show, must be expected to do.
     """
     spread = np.eye(len(covariance))
     for segment, scales in tested.scales.items():
-        names = ("x", "theta", "v", "omega") if segment == 0 else (named("v", segment - 1), named("omega", segment - 1))
+        names = (*(("x", "theta") if segment == 0 else ()), *velocity_blocks(segment))
         for number, name in enumerate(names):
             place = layout[name]
             root = _root(covariance[place, place])
             spread[place, place] = root @ scales[number % 2] @ np.linalg.inv(root)
     return np.asarray(spread @ covariance @ spread.T + np.outer(tested.moved, tested.moved))
+
+
+def velocity_blocks(segment: int) -> tuple[str, str]:
+    """Names of the blocks of the velocities that a segment begins with."""
+    return ("v", "omega") if segment == 0 else (named("v", segment - 1), named("omega", segment - 1))
 
 
 def _root(C: Array) -> Array:
@@ -156,5 +175,5 @@ def _root(C: Array) -> Array:
     return np.asarray(along * np.sqrt(size) @ along.T)
 
 
-def _component(b: Array, C: Array, columns: slice) -> float:
+def _square(b: Array, C: Array, columns: slice = slice(None)) -> float:
     return float(b[columns] @ scaled_inverse(C[columns, columns]) @ b[columns])

@@ -35,9 +35,9 @@ So after ``FINE_STEPS`` steps the second is enough. A first fit in other weights
 S_co = TypeVar("S_co", bound=State, covariant=True)
 
 
-def no_drift(time_s: float, segment: int) -> Array:
-    """Nothing (6, 6) at a ``time_s`` of any ``segment``."""
-    del time_s, segment
+def no_drift(time_s: float, segment: int, omega: Array) -> Array:
+    """Nothing (6, 6) at a ``time_s`` of any ``segment``, whatever the angular velocity ``omega`` (3,) rad/s, world frame."""
+    del time_s, segment, omega
     return np.zeros((6, 6))
 
 
@@ -46,7 +46,7 @@ class Refined(Generic[M_co]):
     """A refined motion, ``covariance``, ``bound`` and ``inverse`` of the normal matrix (p, p) of its parameters, whether the steps settled.
 
     ``at``: its outlines' errors with the ``noise`` found. ``drift``: what the covariance (6, 6) of velocities at a time (s), after so many
-    impacts, has beside that of the parameters.
+    impacts and with an angular velocity (3,), has beside that of the parameters.
     """
 
     flight: M_co
@@ -56,7 +56,7 @@ class Refined(Generic[M_co]):
     at: Linearised
     settled: bool
     noise: MeasuredNoise
-    drift: Callable[[float, int], Array] = no_drift
+    drift: Callable[[float, int, Array], Array] = no_drift
 
     @property
     def sightings(self) -> Sightings:

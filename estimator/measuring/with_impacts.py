@@ -42,7 +42,7 @@ from estimator.measuring.by_samples import left_out_beside_contacts, on_all_samp
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 from estimator.reports.impact_reporting import impacts_estimate
-from estimator.reports.misfit_words import adequacy_statistics, misfit_after_impacts
+from estimator.reports.misfit_words import adequacy_statistics, misfit_remark
 from estimator.reports.reporting import empty_estimate
 from estimator.reports.verdict import failed
 from estimator.search.candidate_flights import same_flight
@@ -83,8 +83,8 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
         tested = slow_misfit(seen.particle, joint, huber=configuration.huber)
     else:
         tested = misfit(told.refined, facts_of(plate, task))
-    sentences = [message, *contact_sentences(told, frame_interval_s(seen)), *misfit_after_impacts(tested)]
-    outcome = (status, " ".join(sentences))
+    missed = misfit_remark(tested) if tested is not None and status is not Status.NO_CONVERGENCE else ""
+    outcome = (status, " ".join(filter(None, [message, *contact_sentences(told, frame_interval_s(seen)), missed])))
     refined = widened(told.refined, tested)
     share = share_of(refined, joint, task, seen, configuration)
     estimate = impacts_estimate(seen, chains[0].found, refined, outcome, configuration=configuration, plate=plate, share=share)

@@ -67,7 +67,8 @@ def _impact(refined: PiecewiseRefined, number: int, gap: PlateGap | None) -> Imp
     flight = refined.flight
     touch, J = touch_and_sensitivity(flight, number)
     time_s, at = flight.bounces[number].time_s, flight.layout[named(TIME, number)]
-    covariance, drifts = spread_by(J, refined.covariance), [refined.drift(time_s, segment) for segment in (number, number + 1)]
+    sides = (number, touch.before[0, 3:]), (number + 1, touch.after[0, 3:])
+    covariance, drifts = spread_by(J, refined.covariance), [refined.drift(time_s, segment, omega) for segment, omega in sides]
     for part, more in zip((BEFORE, AFTER), drifts, strict=True):
         covariance[part, part] += more
     return ImpactEstimate(

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from estimator.fitting.adequacy import INADEQUATE_P, Misfit
-from estimator.motion.flight import OMEGA, V
+from estimator.fitting.adequacy import Misfit
 from estimator.motion.slow_errors import AXES
 
 LEAST_P = 1e-16
@@ -32,8 +31,7 @@ def adequacy_statistics(tested: Misfit | None) -> dict[str, Any]:
             "component_rms": tested.size,
             "component_p": tested.component_p,
             "noise_ratio": tested.noise_ratio,
-            "velocity_shift_ms": tested.moved[V].tolist(),
-            "angular_velocity_shift_rads": tested.moved[OMEGA].tolist(),
+            **(_shifts(tested) if tested.slowly_off else {}),
         }
     }
 
@@ -43,19 +41,24 @@ def misfit_sentence(tested: Misfit) -> str:
     return f"converged, but {_missed(tested)}"
 
 
-def misfit_after_impacts(tested: Misfit | None) -> list[str]:
-    """The same beside what was said of impacts; nothing where the residuals are noise."""
-    return [] if tested is None or tested.adequate else [f"T{_missed(tested)[1:]}"]
+def misfit_remark(tested: Misfit) -> str:
+    """The same beside what else is said; nothing where the residuals are noise."""
+    return "" if tested.adequate else f"T{_missed(tested)[1:]}"
+
+
+def _shifts(tested: Misfit) -> dict[str, list[float]]:
+    v, omega = np.split(tested.velocity_shift, 2)
+    return {"velocity_shift_ms": v.tolist(), "angular_velocity_shift_rads": omega.tolist()}
 
 
 def _missed(tested: Misfit) -> str:
-    if tested.p >= INADEQUATE_P:
+    if not tested.slowly_off:
         return (
             f"the model misses something: the residuals are {tested.noise_ratio:.1f} times the noise that the outlines show, "
             "new in every frame. The uncertainties contain that as noise."
         )
     size = f"{np.degrees(tested.size):.2g}°" if tested.component >= len(AXES) // 2 else f"{1e3 * tested.size:.2g} mm"
-    v, omega = (float(np.linalg.norm(tested.moved[place])) for place in (V, OMEGA))
+    v, omega = (float(np.linalg.norm(part)) for part in np.split(tested.velocity_shift, 2))
     where = f" after impact {tested.segment}" if tested.segment else ""
     return (
         f"the model misses something ({p_words(tested.p)}): the residuals are not noise; most of all the "

@@ -19,15 +19,14 @@ from estimator.fitting.refinement import Refined
 from estimator.impacts.chains import Seen
 from estimator.impacts.plate_gap import spread_by
 from estimator.motion.flight import Motion, fitted_body, rates, still, velocities, velocity_sensitivity
-from estimator.motion.piecewise import SHIFT
+from estimator.motion.piecewise import SHIFT, PiecewiseFlight, segment_of
 from estimator.motion.rigid_body import rotation_matrices
 from estimator.motion.rotation import quaternion
-from estimator.motion.slow_errors import segment_of
 from estimator.outlines.result import OutlineTrack
 from estimator.particle.particle import Particle
 from estimator.poses.pose_search import FoundPoses
 from estimator.reports.clock_reporting import clock_sentences, clock_statistics
-from estimator.reports.misfit_words import adequacy_statistics, misfit_sentence
+from estimator.reports.misfit_words import adequacy_statistics, misfit_remark, misfit_sentence
 
 Array = NDArray[np.float64]
 
@@ -61,8 +60,8 @@ def converged_estimate(
     """
     (status, message, tested), observation = outcome, seen.observation
     statistics = adequacy_statistics(tested)
-    if status is Status.CONVERGED and tested is not None and not tested.adequate:
-        message = misfit_sentence(tested)
+    if tested is not None and not tested.adequate and status is not Status.NO_CONVERGENCE:
+        message = misfit_sentence(tested) if status is Status.CONVERGED else f"{message} {misfit_remark(tested)}"
     sentences = [with_views(message, seen.particle)]
     if LOG_FOCAL in refined.flight.layout.places:
         statistics["focal_length"] = focal_length(refined, observation, configuration.focal_prior)
@@ -160,9 +159,12 @@ SILENT = 0.8
 def velocity_of(refined: Refined[Motion], time_s: float, share: CalibrationShare | None = None) -> VelocityEstimate:
     """Velocities at a time with their covariance, a calibration's ``share`` in it."""
     J = velocity_sensitivity(refined.flight, time_s)
-    more = refined.drift(time_s, int(segment_of(refined.flight, np.array([time_s]))[0]))
-    more += 0.0 if share is None else share.covariance(J, time_s - refined.flight.first.time_s)
-    return told_velocity(refined, time_s, np.concatenate(velocities(refined.flight, still(refined.flight), time_s), axis=1)[0], J, more)
+    values = np.concatenate(velocities(refined.flight, still(refined.flight), time_s), axis=1)[0]
+    segment = int(segment_of(refined.flight, np.array([time_s]))[0]) if isinstance(refined.flight, PiecewiseFlight) else 0
+    more = refined.drift(time_s, segment, values[3:]) + (
+        0.0 if share is None else share.covariance(J, time_s - refined.flight.first.time_s)
+    )
+    return told_velocity(refined, time_s, values, J, more)
 
 
 def told_velocity(refined: Refined[Motion], time_s: float, values: Array, J: Array, more: Array | float = 0.0) -> VelocityEstimate:

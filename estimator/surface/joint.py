@@ -361,7 +361,8 @@ def slow_misfit(particle: Particle, joint: JointFit[M], *, huber: float) -> Misf
         return None
     of_frames = zip(fitted.groups[1:], joint.noise_px[1:], joint.outline_noise_px[1:], strict=True)
     left = np.concatenate([found / own * group.r for group, found, own in of_frames])
-    return misfit_of(end.step, end.covariance[p:, p:], slow, float(np.sqrt(np.mean(left**2))))
+    found = end.step[p:], end.covariance[p:, p:]
+    return misfit_of(found, end.covariance, slow, joint.motion.layout, noise_ratio=float(np.sqrt(np.mean(left**2))))
 
 
 def beside_the_surface(prior: Prior, facts: Sequence[Fact[M]] = ()) -> Callable[[M], NormalEquations]:

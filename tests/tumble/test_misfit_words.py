@@ -12,13 +12,14 @@ from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate, write_estimate
 from estimator.fitting.adequacy import Misfit
 from estimator.motion.slow_errors import SlowErrors
-from estimator.reports.misfit_words import adequacy_statistics, misfit_after_impacts, misfit_sentence
+from estimator.reports.misfit_words import adequacy_statistics, misfit_remark, misfit_sentence
 from tumble.cli.estimate import _status_cell, remarks, tell
 from tumble.reports.words import MISFIT_MEANING, MISFIT_NEXT, besides_status, meaning, next_steps
 
 SLOW: dict[str, Any] = {
     "scales": {0: np.stack([np.eye(3)] * 2)},
-    "moved": np.r_[np.zeros(6), 0.003, 0.0, 0.004, np.zeros(3), np.zeros(9)],
+    "moved": np.zeros(21),
+    "velocity_shift": np.array([0.003, 0.0, 0.004, 0.0, 0.0, 0.0]),
     "segment": 0,
     "slow": SlowErrors(np.zeros((9, 6, 18)), (0,), ((0.0, 1.0),)),
     "b": np.zeros(18),
@@ -42,10 +43,15 @@ def test_a_misfit_is_said() -> None:
 
 
 def test_after_impacts_the_impact_before_a_misfit_is_told() -> None:
-    (told,) = misfit_after_impacts(replace(MISSES, segment=2))
+    told = misfit_remark(replace(MISSES, segment=2))
     assert told.startswith("The model misses something")
     assert "off by 0.08 mm RMS after impact 2" in told
-    assert misfit_after_impacts(NOISE) == misfit_after_impacts(None) == []
+    assert misfit_remark(NOISE) == ""
+
+
+def test_shifts_are_kept_where_slow_errors_show_alone() -> None:
+    assert "velocity_shift_ms" not in adequacy_statistics(NOISE)["adequacy"]
+    assert "velocity_shift_ms" not in adequacy_statistics(replace(NOISE, noise_ratio=5.0))["adequacy"]
 
 
 @pytest.mark.parametrize(("tested", "status"), [(NOISE, Status.CONVERGED), (MISSES, Status.AMBIGUOUS)])

@@ -82,9 +82,9 @@ def _nothing_to_do(found: Mapping[str, Any]) -> bool:
     complete = found["diagnosis"] is not None and not found["diagnosis"]["missing"] and found.get("unknown") is None
     sure = all(step["established"] for step in found["steps"] or [])
     doubts = [sum(name["probability"] for name in group["names"] if name["unknown"]) for group in found.get("names") or []]
-    likely = found["diagnosis"] is None or found["diagnosis"]["probability"] >= 0.5
+    likely = complete and found["diagnosis"]["probability"] >= 0.5
     noise = not (found["noise_floor"] or {}).get("explainable", False)
-    return bool(complete and sure and max(doubts, default=0.0) < 0.5 and likely and noise)
+    return bool(likely and sure and max(doubts, default=0.0) < 0.5 and noise)
 
 
 def _maps(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

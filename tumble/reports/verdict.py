@@ -129,11 +129,11 @@ def _with_rivals(step: Step) -> str:
     return in_words(step.added) + (f" (or, which these data do not tell from it, {rivals})" if rivals else "")
 
 
-def _unless(explanation: Explanation) -> str:
+def _instead(explanation: Explanation) -> str:
     """What was found that may be something unknown instead, by the probability of that; nothing where that is improbable."""
-    instead = {step.added: sum(name.probability for name in step.names if name.unknown) for step in explanation.steps}
+    instead = {step.added: sum(name.probability for name in step.names if name.unknown) for step in explanation.steps if step.established}
     doubted = [f"{in_words(key)} ({percent(p)})" for key, p in instead.items() if p > 1.0 - ESTABLISHED]
-    return f", unless {NOTHING_KNOWN} has the place of {' or '.join(doubted)}" if doubted else ""
+    return f"{NOTHING_KNOWN} has the place of {' or '.join(doubted)}" if doubted else ""
 
 
 def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
@@ -148,7 +148,10 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     if explanation.left is not None and explanation.left.present:
         more, remarks = "Something is left that no effect of the catalogue explains.", last.remarks
     else:
-        more = likely_more(explanation.diagnosis) if explanation.diagnosis.probability < 0.5 else f"{NOTHING_MORE}{_unless(explanation)}."
+        instead = _instead(explanation)
+        more = f"{NOTHING_MORE}{', unless ' * bool(instead)}{instead}."
+        if explanation.diagnosis.probability < 0.5:
+            more = f"{likely_more(explanation.diagnosis)}{f' Or {instead}.' if instead else ''}"
     opening = f"{EXPLAINED if more.startswith(NOTHING_MORE) else PART_EXPLAINED} {', '.join(sure)}." if sure else "Nothing is established."
     beside = f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
     return Verdict("found", f"{opening}{beside} {more}", remarks, found)
