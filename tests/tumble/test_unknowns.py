@@ -203,6 +203,10 @@ def test_the_verdict_has_the_other_names_of_what_was_found() -> None:
         "The campaign is explained with gravity (or, which these data do not tell from it, quadratic drag or linear drag with steady "
         "wind). Then nothing more is missing, unless something that no known effect describes has the place of gravity (10.0%)."
     )
+    found.diagnosis = SimpleNamespace(probability=0.4, findings=())
+    told = verdict_of_explanation(last, found).sentence
+    assert told.startswith("Part of what the campaign shows is explained with gravity (or")
+    assert told.endswith("Or something that no known effect describes has the place of gravity (10.0%).")
 
 
 def test_what_is_left_is_told_beside_what_was_found() -> None:
