@@ -65,7 +65,7 @@ def test_a_drag_is_missed_in_a_drop_that_meets_a_plate() -> None:
     assert not estimate.statistics["adequacy"]["adequate"]
     assert "The model misses something" in estimate.message
     (row,) = score_impacts(estimate, truth)
-    assert max(abs(value) for name, value in row.items() if "pull" in name) < 4.0
+    assert max(abs(value) for name, value in row.items() if "pull" in name) < 3.0  # 3.5 without what the slow errors are in velocity
 
 
 def test_a_clean_sequence_is_adequate(clean: Observation) -> None:
