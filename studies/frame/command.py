@@ -118,6 +118,6 @@ def state(study: Study, results: Path) -> str:
     result = read_result(study.name, results)
     if dict(result.sources) != of_modules(study.plan.modules):
         return "older than its plan: has to be measured anew"
-    now = of_libraries()
+    now = of_libraries(study.plan.modules)
     older = [name for name, digest in result.code.items() if digest != now[name]]
     return f"made with other code of {', '.join(older)}" if older else "made with this code"

@@ -1,7 +1,8 @@
 """Runs a plan on the engine: cases that are there stay, all others are measured, rows become the result.
 
-A case's rows are kept in ``OUT/CODE/NAME.json``, ``CODE`` being the digest of the plan's files, of the libraries and of versions: changed
-code never shows old numbers. ``OUT/study.json`` holds the settings; other ones are refused, since rows of two kinds read like those of one.
+A case's rows are kept in ``OUT/CODE/NAME.json``, ``CODE`` being the digest of the plan's files, of what these use of the libraries and
+of versions: changed code never shows old numbers. ``OUT/study.json`` holds the settings; other ones are refused, since rows of two kinds
+read like those of one.
 """
 
 import json
@@ -72,7 +73,7 @@ def conduct(study: Study, settings: Settings, how: Conduct) -> Result:
     cases, found = plan.cases(settings, how.particles), versions()
     software = {key: found[key] for key in SOFTWARE}
     _hold_to_settings(how.out, study.name, asked, of_bodies(how.particles))
-    sources, code = of_modules(plan.modules), of_libraries()
+    sources, code = of_modules(plan.modules), of_libraries(plan.modules)
     folder = how.out / of_bytes(json.dumps([sources, code, software]).encode())
     products = [folder / f"{case.name}.json" for case in cases]
     pairs = list(zip(cases, products, strict=True))

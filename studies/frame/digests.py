@@ -1,10 +1,19 @@
-"""Digests: of the files that decide a study's rows, of the libraries that do, of rows, and of what a picture was drawn from."""
+"""Digests: of the files that decide a study's rows, of what these use of the libraries, of rows, and of what a picture was drawn from.
 
+A study depends on what its plan imports, directly or through other modules: a change to how effects are named moves no row of a study that
+names none. Comments and docstrings decide nothing.
+"""
+
+import ast
 import hashlib
+import io
+import tokenize
+from collections.abc import Iterator, Sequence
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from tumble.versions import sources_digest
+import grimp
 
 LIBRARIES = ("datasets", "synth", "estimator")
 """What makes, measures and scores a sequence."""
@@ -25,9 +34,56 @@ def source_of(module: str) -> Path:
     return Path(spec.origin)
 
 
-def of_libraries() -> dict[str, str]:
-    """The short digest of every library's sources."""
-    return {name: sources_digest((name,))[:SHORT] for name in LIBRARIES}
+def of_libraries(modules: tuple[str, ...]) -> dict[str, str]:
+    """The short digest of what ``modules`` use of every library, by the library's name."""
+    used = used_by(modules)
+    return {library: of_bytes(*_named_code(sorted(name for name in used if name.partition(".")[0] == library))) for library in LIBRARIES}
+
+
+def used_by(modules: tuple[str, ...]) -> frozenset[str]:
+    """All modules of the libraries that are imported by ``modules``, directly or through others; packages that lead there, too."""
+    graph, found, left = _imports(tuple(sorted({name.partition(".")[0] for name in modules}))), set[str](), set(modules)
+    while left:
+        name = left.pop()
+        found.add(name)
+        package = name.rpartition(".")[0]
+        left |= (graph.find_modules_directly_imported_by(name) | ({package} if package else set())) - found
+    return frozenset(name for name in found if name.partition(".")[0] in LIBRARIES)
+
+
+@cache
+def _imports(packages: tuple[str, ...]) -> grimp.ImportGraph:
+    return grimp.build_graph(*dict.fromkeys((*packages, *LIBRARIES)), cache_dir=None)
+
+
+def _named_code(modules: Sequence[str]) -> Iterator[bytes]:
+    for name in modules:
+        yield name.encode()
+        yield code_of(source_of(name).read_text(encoding="utf-8")).encode()
+
+
+def code_of(source: str) -> str:
+    """A module's text without comments, docstrings, strings that stand alone, and empty lines."""
+    lines = source.splitlines()
+    for (first, start), (last, end) in sorted((*_strings_alone(source), *_comments(source)), reverse=True):
+        head, tail = lines[first - 1].encode()[:start].decode(), lines[last - 1].encode()[end:].decode()
+        lines[first - 1 : last] = [head + tail] + [""] * (last - first)
+    return "\n".join(line.rstrip() for line in lines if line.strip())
+
+
+def _strings_alone(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    """From and to: line from 1, byte from 0."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            yield (node.lineno, node.col_offset), (node.end_lineno or node.lineno, node.end_col_offset or 0)
+
+
+def _comments(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    """From and to: line from 1, byte from 0."""
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            before = len(token.line[: token.start[1]].encode())
+            yield (token.start[0], before), (token.end[0], before + len(token.string.encode()))
 
 
 def of_bytes(*parts: bytes) -> str:

@@ -83,7 +83,7 @@ def test_other_settings_are_refused_with_the_difference(tmp_path: Path, changed:
 def test_changed_code_never_shows_old_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured(tmp_path)
     before = {path.name for path in tmp_path.iterdir()}
-    monkeypatch.setattr(conduct, "of_libraries", lambda: {"estimator": "changed"})
+    monkeypatch.setattr(conduct, "of_libraries", lambda modules: {"estimator": "changed"})
     assert measured(tmp_path).code == {"estimator": "changed"}
     assert len({path.name for path in tmp_path.iterdir()} - before) == 1
 
