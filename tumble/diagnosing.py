@@ -16,7 +16,7 @@ from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage, begins, in_words
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, Finding, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
@@ -57,6 +57,7 @@ from tumble.result_files import estimate_path
 from tumble.told_models import in_place_values, models_told
 from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, spoiled_words, unknown_entry, with_unknown
+from tumble.unseen import unseen, unseen_entry
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -206,7 +207,8 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(campaign.registered.campaign, fit), rest)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(found))
-    content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates(campaign)))
+    of = uncertain(campaign.registered.campaign, fit, question.candidates(campaign))
+    content = _content("diagnose", question, campaign, of, found.findings)
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
@@ -318,7 +320,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
-    content = _content("explain", question, campaign, of)
+    content = _content("explain", question, campaign, of, last.findings)
     return {
         **content,
         "model_of_residuals": keys_of(explanation.fit),
@@ -388,9 +390,15 @@ def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
     return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)
 
 
-def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -> Document:
+def _limits(campaign: Campaign, of: Uncertain, findings: Sequence[Finding]) -> Document:
+    """What limits v and omega, and what of the effects that were on trial they take for granted."""
+    entry = limits_entry(impacts(campaign, of.fit, of.at))
+    return {**entry, "unseen": unseen_entry(unseen(campaign, of, findings), entry["total"]) if findings else None}
+
+
+def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, findings: Sequence[Finding] = ()) -> Document:
     """What every verb says."""
-    fit, at = of.fit, of.at
+    fit = of.fit
     return {
         "verb": verb,
         "source": str(question.source.resolve()),
@@ -407,7 +415,7 @@ def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -
         "values": value_entries(effect_values(campaign.registered, fit, of.of_values)),
         "values_in_place": [],
         "facts": fact_entries(campaign.registered.campaign, fit),
-        "limits": limits_entry(impacts(campaign.registered.campaign, fit, at)),
+        "limits": _limits(campaign.registered.campaign, of, findings),
         "names": [],
         "noise_floor": None,
         "maps": None,

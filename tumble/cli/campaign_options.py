@@ -179,6 +179,8 @@ def say_diagnosis(document: Document) -> None:
     too_short = document["verdict"]["kind"] == "says nothing"
     if document.get("limits") and document["limits"]["sentence"] and not too_short:
         say(document["limits"]["sentence"])
+        if document["limits"].get("unseen") and document["limits"]["unseen"]["sentence"]:
+            say(document["limits"]["unseen"]["sentence"])
     say(what_next(None if too_short else document["verdict"]["next"]))
 
 
