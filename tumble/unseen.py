@@ -1,7 +1,7 @@
 """What v and omega take for granted: effects that a campaign cannot show, and what velocities would be off by where they were there.
 
 Each effect on trial that is not in the model is considered alone (:mod:`estimator.fitting.campaigns.considered`): as large as these
-data would show it in 95% of cases, or as the end of its plausible range, whichever is less. A standard deviation of a velocity says
+data would show it in 95% of cases, and no larger than is plausible. A standard deviation of a velocity says
 nothing of it, since an effect that the evidence does not ask for counts as none.
 """
 
@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import in_words
-from estimator.diagnosis.diagnose import Finding, tested_values
+from estimator.diagnosis.diagnose import SEEN_IN_95_PERCENT, Finding
+from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign
 from estimator.fitting.campaigns.considered import Possible, Uncertain, considered
 from estimator.fitting.campaigns.impacts import impacts
+from estimator.fitting.stable_inverse import stable_inverse
 from tumble.limiting import SETTLED_BY
 
 Array = NDArray[np.float64]
@@ -40,27 +42,25 @@ class Unseen:
 
 def unseen(campaign: Campaign, of: Uncertain, findings: Sequence[Finding]) -> tuple[Unseen, ...]:
     """What a fit with its uncertainty takes for granted, of effects that were ``findings`` and are neither in it nor possible."""
-    sizes = {f.key: _largest(f) for f in findings if f.key not in of.at.model.keys and _has_a_size(f.test.effect)}
-    effects = {f.key: f.test.effect for f in findings if f.key in sizes}
-    possible = [Possible(effect.held_by(None), np.diag(sizes[key] ** 2)) for key, effect in effects.items()]
-    things = impacts(campaign, of.fit, considered(campaign, of.fit, of.at.plain, possible)).things
-    found = {thing.name: thing for thing in things if thing.name in effects}
-    return tuple(Unseen(effects[key], tuple(sizes[key].tolist()), thing.v_ms, thing.omega_rads) for key, thing in found.items())
+    tested = [f.test for f in findings if f.key not in of.at.model.keys and _is_shared(f.test.effect)]
+    possible = {test.effect.entry.key: Possible(test.effect.held_by(None), _covariance(test)) for test in tested}
+    things = impacts(campaign, of.fit, considered(campaign, of.fit, of.at.plain, list(possible.values()))).things
+    found = [(possible[thing.name], thing) for thing in things if thing.name in possible]
+    return tuple(Unseen(p.effect, tuple(np.sqrt(np.diag(p.covariance)).tolist()), t.v_ms, t.omega_rads) for p, t in found)
 
 
-def _has_a_size(effect: EffectModel) -> bool:
-    """Whether an effect is a known shift of what is seen, not noise, nor of a place or a frequency that is searched for."""
-    return not (effect.random or effect.noise or effect.entry.searched)
+def _is_shared(effect: EffectModel) -> bool:
+    """Whether an effect shifts what is seen of all flights: it is no noise, none of each flight, and nothing that is searched for."""
+    return not (effect.random or effect.noise or effect.entry.searched or effect.entry.scope.own)
 
 
-def _largest(finding: Finding) -> Array:
-    """The size (q,) of every parameter from which on it would be seen, or the end of what is plausible."""
-    parameters = finding.test.effect.entry.parameters
-    limit = {p.name: max(map(abs, p.plausible)) for p in parameters}
-    seen = {
-        p.name: [v.seen_from for v in tested_values(finding.test) if v.parameter.name == p.name and v.seen_from > 0.0] for p in parameters
-    }
-    return np.array([min([limit[p.name], max(seen[p.name], default=np.inf)]) for p in parameters])
+def _covariance(test: ScoreTest) -> Array:
+    """Of parameters (q, q) as far from none as would be seen in 95% of cases, were the ends of their plausible ranges a prior's sizes."""
+    information = np.diag([max(map(abs, p.plausible)) ** -2.0 for p in test.effect.entry.parameters])
+    mine = [i for i, column in enumerate(test.columns) if column.sequence == test.columns[0].sequence]
+    at = [test.columns[i].parameter for i in mine]
+    information[np.ix_(at, at)] += stable_inverse(SEEN_IN_95_PERCENT**2 * test.covariance[np.ix_(mine, mine)])
+    return np.asarray(np.linalg.inv(information))
 
 
 def unseen_entry(found: Sequence[Unseen], total: dict[str, float]) -> dict[str, Any]:
@@ -83,14 +83,14 @@ def unseen_sentence(found: Sequence[Unseen], total: tuple[float, float]) -> str:
             told.append(f"{letter} would be off by {', '.join(f'{off:.2g} {unit} with {_size_words(each)}' for each, off in most)}")
     if not told:
         return ""
-    stated = " or ".join(["--possible EFFECT=±SIGMA has it in the error bars", *_checks(list(named))])
-    return f"That takes for granted what these data would not show: {'; '.join(told)}. {stated}."
+    return f"That takes for granted what these data would not show: {'; '.join(told)}. {_stating(list(named))}"
 
 
-def _checks(named: Sequence[str]) -> list[str]:
-    """How to state what is known of effects, where there is a way of its own."""
+def _stating(named: Sequence[str]) -> str:
+    """How to have effects in the error bars, and how to state what is known of them where there is a way of its own."""
     ways = [SETTLED_BY[key] for key in named if key in SETTLED_BY]
-    return [f"--known says what was checked: {', '.join(ways)}"] if ways else []
+    checked = f"; --known states what was checked: {', '.join(ways)}" if ways else ""
+    return f"With --possible EFFECT=±SIGMA it is in the error bars{checked}."
 
 
 def _size_words(each: Unseen) -> str:

@@ -61,11 +61,11 @@ def test_velocities_are_off_by_what_is_told(tmp_path: Path) -> None:
     made = few_rows()
     told = limits(tmp_path / "told", made)
     scale = of(told["unseen"]["things"], "length_scale")
-    assert scale["size"] == "length scale of 5%"
-    moved = velocity(tmp_path / "off", larger(made, SCALE)) - velocity(tmp_path / "right", made)
+    assert scale["size"] == "length scale of 4.9%"
+    moved = velocity(tmp_path / "off", larger(made, 0.049)) - velocity(tmp_path / "right", made)
     assert scale["v_ms"] == pytest.approx(np.linalg.norm(moved), rel=0.1)
     assert scale["v_ms"] > 5.0 * told["total"]["v_ms"]
-    assert "with length scale of 5%" in told["unseen"]["sentence"]
+    assert "with length scale of 4.9%" in told["unseen"]["sentence"]
 
 
 def test_what_is_stated_as_possible_is_in_the_error_bars_and_not_taken_for_granted(tmp_path: Path) -> None:
