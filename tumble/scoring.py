@@ -33,10 +33,11 @@ def score_one(estimate: Path, truth: Path) -> Row:
 
 
 def score_particles(estimate: Path, truth: Path) -> list[Row]:
-    """The row of one estimate, and of its second particle."""
+    """The row of one estimate, and of its second particle; ``misfit``: whether it says of itself that its residuals are not noise."""
     measured = read_estimate(estimate)
     parts = parts_of(measured, read_truth(truth / measured.name))
-    return [{**score(part, true), "sequence": name} for name, part, true in parts]
+    misfit = not measured.statistics.get("adequacy", {}).get("adequate", True)
+    return [{**score(part, true), "sequence": name, "misfit": misfit} for name, part, true in parts]
 
 
 def score_all_impacts(estimates: Path, truth: Path) -> pd.DataFrame:

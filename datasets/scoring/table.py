@@ -91,6 +91,7 @@ def worse_sequences(table: pd.DataFrame) -> pd.DataFrame:
 
     * the status, where it is not converged (``ambiguous``...);
     * the orientation is more than 5 degrees off: ``ambiguous`` for a body with symmetries, otherwise ``wrong minimum``;
+    * ``model misses something``: the estimate says of itself that its residuals are not noise (column ``misfit``), as wide as it may be;
     * ``slow``: in every metric that is outside, the error is within three of the sequence's own estimated standard deviations, and one of
       them by the speed (spin) already exceeds the tolerance: the precision reached is the limit, and a faster flight would be inside;
     * ``noise or model``: neither; an unlucky draw of the noise, or something that the model leaves out.
@@ -165,6 +166,8 @@ def _cause(row: pd.Series) -> str:
         return str(row["status"])
     if row["orientation_median_deg"] > WRONG_MINIMUM_DEG:
         return Status.AMBIGUOUS.value if row["n_symmetries"] > 1 else "wrong minimum"
+    if row.get("misfit", False):
+        return "model misses something"
     outside = [key for key in CHECKED if not row[key] <= metric(key).tolerance]
     return "slow" if all(_limited_by_precision(row, key) for key in outside) else "noise or model"
 

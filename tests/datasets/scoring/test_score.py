@@ -289,6 +289,13 @@ def test_a_bound_that_promises_more_than_the_error_bar_does_not_decide(poor_row)
     assert causes({**row, "middle_bound_in_plane_percent": 1e-6}) == {"seq": "slow"}
 
 
+def test_an_estimate_that_says_its_residuals_are_no_noise_is_not_called_slow(poor_row):
+    row = poor_row("seq", 0.02, sigma=0.010)
+    assert causes({**row, "misfit": True}) == {"seq": "model misses something"}
+    assert causes({**row, "misfit": False}) == {"seq": "slow"}
+    assert causes({**poor_row("seq", 0.1, turn=HALF_TURN), "misfit": True}) == {"seq": "wrong minimum"}
+
+
 def test_a_symmetric_body_on_the_wrong_side_is_ambiguous(poor_row):
     third = Rotation.from_rotvec([0.0, 0.0, 2 * np.pi / 3]).as_matrix()
     symmetries = np.array([np.eye(3), third, third.T])
