@@ -41,7 +41,7 @@ def how_made(result: Result) -> list[str]:
     particles = " --particles FOLDER" if result.settings["bodies"] == "scanned" else ""
     command = f"python -m studies {result.study} --out FOLDER{size}{drawn}{particles}"
     made = paragraph(
-        f"Settings: {asked}. Made with code of {code} (digests of the sources; `python -m studies --list` says whether they",
+        f"Settings: {asked}. Made with code of {code} (digests of what it uses of them; `python -m studies --list` says whether they",
         "are those of now),",
         f"{', '.join(f'{name} {version}' for name, version in result.versions.items())}.",
         f"[Every row](../results/{result.study}.csv), [what made them](../results/{result.study}.json);",
