@@ -2,11 +2,12 @@
 
 What a free flight lacks (a force, a torque, a wrong clock, a wrong axis of the picture) moves the fitted poses away from the outlines
 slowly; an outline's noise is drawn anew in every frame. So the flight is given more freedom: a translation (world axes) and a rotation that
-are polynomials of time of the orders 2, 3 and 4 along every axis, ``S' = [S, P_j(t) E_a]``; orders 0 and 1 are the flight's own. One step
-from the refined flight gives their coefficients ``b`` and, by the sandwich formula that gives the error bars, their covariance ``C``: own
+are polynomials of time of the orders 2, 3 and 4 along every axis, ``S' = [S, P_j(t) E_a]``. Orders 0 and 1 of the path and order 0 of the
+rotation are the flight's own; order 1 of the rotation it takes up the less, the more the body tumbles, and it is not tested. One step
+from the refined flight gives the coefficients ``b`` and, by the sandwich formula that gives the error bars, their covariance ``C``: own
 noise of the outlines, noise of the calibrated views and the body-fixed error, which both come back from frame to frame and are not misfit.
-``bᵀ C⁻¹ b`` is compared with chi² of 18 degrees of freedom [Rao 1948; White 1982]. Of a flight with impacts each segment between them has
-slow errors of its own. What is made of them where they show: decision 72.
+Of a flight with impacts each segment between them has slow errors of its own: ``bᵀ C⁻¹ b`` is compared with chi² of 18 degrees of freedom
+for each [Rao 1948; White 1982]. What is made of slow errors where they show: decision 72.
 
 Blind to what changes from frame to frame (jitter of the clock, vibration): that raises the noise itself, which :class:`Misfit` tells as
 ``noise_ratio``, the residuals' standard deviation over the one that the outlines' neighbouring samples let expect.
