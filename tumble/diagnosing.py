@@ -1,6 +1,6 @@
 """What the verbs on a campaign do: compare, diagnose, explain, climb a ladder; each ends in the content of one ``diagnosis.json``."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
@@ -69,6 +69,8 @@ SMALLEST = 1e-6
 FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
+Granted = tuple[Sequence[Finding], Collection[str]]
+"""The tests beside a fit, and keys of effects that are other names of what is in it."""
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
 STAND_IN = "a name may stand in for something that the catalogue lacks."
 
@@ -208,7 +210,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     floor = _below(_floor(campaign.registered.campaign, fit), rest)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(found))
     of = uncertain(campaign.registered.campaign, fit, question.candidates(campaign))
-    content = _content("diagnose", question, campaign, of, found.findings)
+    content = _content("diagnose", question, campaign, of, None if found.missing else (found.findings, ()))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
@@ -320,7 +322,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
-    content = _content("explain", question, campaign, of, last.findings)
+    content = _content("explain", question, campaign, of, (diagnosis_at(best, ended=True).findings, _single_keys(named)))
     return {
         **content,
         "model_of_residuals": keys_of(explanation.fit),
@@ -390,13 +392,18 @@ def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
     return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)
 
 
-def _limits(campaign: Campaign, of: Uncertain, findings: Sequence[Finding]) -> Document:
+def _limits(campaign: Campaign, of: Uncertain, granted: Granted | None) -> Document:
     """What limits v and omega, and what of the effects that were on trial they take for granted."""
     entry = limits_entry(impacts(campaign, of.fit, of.at))
-    return {**entry, "unseen": unseen_entry(unseen(campaign, of, findings), entry["total"]) if findings else None}
+    return {**entry, "unseen": None if granted is None else unseen_entry(unseen(campaign, of, *granted), entry["total"])}
 
 
-def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, findings: Sequence[Finding] = ()) -> Document:
+def _single_keys(names: Sequence[str]) -> set[str]:
+    """The effects in names, of which one may be two effects together."""
+    return {key for name in names for key in name.split("+")}
+
+
+def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, granted: Granted | None = None) -> Document:
     """What every verb says."""
     fit = of.fit
     return {
@@ -415,7 +422,7 @@ def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, f
         "values": value_entries(effect_values(campaign.registered, fit, of.of_values)),
         "values_in_place": [],
         "facts": fact_entries(campaign.registered.campaign, fit),
-        "limits": _limits(campaign.registered.campaign, of, findings),
+        "limits": _limits(campaign.registered.campaign, of, granted),
         "names": [],
         "noise_floor": None,
         "maps": None,

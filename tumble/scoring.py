@@ -13,6 +13,7 @@ from datasets.scoring.impacts import impact_table, score_impacts
 from datasets.scoring.score import Row, score
 from datasets.scoring.table import aggregate, coverage, ellipsoid_coverage, score_table, status_counts, worse_sequences
 from datasets.truth_files import read_truth
+from tumble.reports.words import adequate
 from tumble.result_files import estimates_in
 
 TABLE_FILE = "scores.csv"
@@ -36,8 +37,7 @@ def score_particles(estimate: Path, truth: Path) -> list[Row]:
     """The row of one estimate, and of its second particle; ``misfit``: whether it says of itself that its residuals are not noise."""
     measured = read_estimate(estimate)
     parts = parts_of(measured, read_truth(truth / measured.name))
-    misfit = not measured.statistics.get("adequacy", {}).get("adequate", True)
-    return [{**score(part, true), "sequence": name, "misfit": misfit} for name, part, true in parts]
+    return [{**score(part, true), "sequence": name, "misfit": not adequate(measured)} for name, part, true in parts]
 
 
 def score_all_impacts(estimates: Path, truth: Path) -> pd.DataFrame:

@@ -17,6 +17,8 @@ import grimp
 
 LIBRARIES = ("datasets", "synth", "estimator")
 """What makes, measures and scores a sequence."""
+Span = tuple[tuple[int, int], tuple[int, int]]
+"""From and to: line from 1, byte of it from 0."""
 SHORT = 12
 """Hexadecimal digits of a digest that is read by people; two of a few thousand sources agree in it once in ten million times."""
 
@@ -63,23 +65,27 @@ def _named_code(modules: Sequence[str]) -> Iterator[bytes]:
 
 
 def code_of(source: str) -> str:
-    """A module's text without comments, docstrings, strings that stand alone, and empty lines."""
-    lines = source.splitlines()
-    for (first, start), (last, end) in sorted((*_strings_alone(source), *_comments(source)), reverse=True):
-        head, tail = lines[first - 1].encode()[:start].decode(), lines[last - 1].encode()[end:].decode()
-        lines[first - 1 : last] = [head + tail] + [""] * (last - first)
-    return "\n".join(line.rstrip() for line in lines if line.strip())
-
-
-def _strings_alone(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """From and to: line from 1, byte from 0."""
+    """A module's text without comments, docstrings, strings that stand alone, and empty lines outside of other strings."""
+    lines, alone, within = source.split("\n"), list[Span](), set[int]()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
-            yield (node.lineno, node.col_offset), (node.end_lineno or node.lineno, node.end_col_offset or 0)
+            alone.append(_span(node))
+        elif isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str | bytes)):
+            (first, _), (last, _) = _span(node)
+            within |= set(range(first, last))
+    for (first, start), (last, end) in sorted((*alone, *_comments(source)), reverse=True):
+        head, tail = lines[first - 1].encode()[:start].decode(), lines[last - 1].encode()[end:].decode()
+        lines[first - 1 : last] = [head + tail] + [""] * (last - first)
+        within -= set(range(first, last))
+    text = ((line if number in within else line.rstrip(), number in within) for number, line in enumerate(lines, 1))
+    return "\n".join(line for line, kept in text if kept or line)
 
 
-def _comments(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """From and to: line from 1, byte from 0."""
+def _span(node: ast.expr | ast.stmt) -> Span:
+    return (node.lineno, node.col_offset), (node.end_lineno or node.lineno, node.end_col_offset or 0)
+
+
+def _comments(source: str) -> Iterator[Span]:
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
             before = len(token.line[: token.start[1]].encode())

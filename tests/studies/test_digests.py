@@ -17,16 +17,23 @@ def shown(text: str = "# no comment") -> str:
     """One line, naïve."""
     # a reason
 
-    return f"""{text}
-"""
+    return f"""{text}  # none
+
+  \n"""
 '''
 
 
 def test_comments_and_docstrings_do_not_count_and_all_else_does() -> None:
-    left = ["LIMIT = 3.0", 'def shown(text: str = "# no comment") -> str:', '    return f"""{text}', '"""']
-    assert code_of(SOURCE).splitlines() == left
+    left = ["LIMIT = 3.0", 'def shown(text: str = "# no comment") -> str:', '    return f"""{text}  # none', "", "  ", '"""']
+    assert code_of(SOURCE).split("\n") == left
     assert code_of(SOURCE.replace("One line, naïve", "Two\n    lines").replace("# px", "# pixels")) == code_of(SOURCE)
     assert code_of(SOURCE.replace("3.0", "3.1")) != code_of(SOURCE)
+
+
+def test_what_is_in_a_string_counts_to_the_last_blank() -> None:
+    assert code_of('TABLE = """a\n\n\nb   \n"""') != code_of('TABLE = """a\nb\n"""')
+    assert code_of('x = "a\x85b"  # why\ny = 1\n') == 'x = "a\x85b"\ny = 1'
+    assert code_of('def f():\n    """What\n\n    it does."""\n\n    return 1\n') == "def f():\n    return 1"
 
 
 def test_modules_that_are_used_through_others_count_with_their_packages() -> None:

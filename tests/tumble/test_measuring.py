@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -94,6 +95,19 @@ def test_a_worse_sequence_is_named_with_its_cause(dataset: Path, perfect: Path, 
     (tmp_path / path.name).write_text(json.dumps(lost), encoding="utf-8")
     assert main(["score", str(tmp_path), "--truth", str(dataset / "truth"), "--out", str(tmp_path / "s")]) == 0
     assert f"worse: {lost['name']}: ambiguous" in capsys.readouterr().out
+
+
+def test_a_worse_sequence_whose_estimate_says_that_something_is_missing_is_named_so(
+    dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (path,) = perfect.glob("*.estimate.json")
+    exact = read_estimate(path)
+    assert exact.middle is not None
+    off = replace(exact.middle, v_world=1.02 * exact.middle.v_world)
+    write_estimate(replace(exact, middle=off, statistics={"adequacy": {"adequate": False}}), tmp_path / path.name)
+    assert main(["score", str(tmp_path), "--truth", str(dataset / "truth"), "--out", str(tmp_path / "s")]) == 0
+    assert f"worse: {exact.name}: model misses something" in capsys.readouterr().out
+    assert "misfit" in (tmp_path / "s" / "scores.csv").read_text(encoding="utf-8").splitlines()[0]
 
 
 def test_a_report_finds_the_observations_by_itself(

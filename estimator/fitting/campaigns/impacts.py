@@ -95,6 +95,21 @@ def impacts(campaign: Campaign, fit: CampaignFit, at: Considered) -> Impacts:
     return Impacts(tuple(things), _rms(noise), _rms(total), _rms(size))
 
 
+def sensitivities(campaign: Campaign, fit: CampaignFit, at: Considered) -> dict[str, Array]:
+    """By what (v, omega) at the middle time of each of n flights change with the q parameters of every possible effect: (n, 6, q), SI.
+
+    World axes, everything fitted re-adjusted; zero along axes that were not measured.
+    """
+    layout, found = at.model.layout, dict[str, list[Array]]()
+    for number, sequence in enumerate(campaign.sequences):
+        axes = ~np.isin(LAYOUT.columns(["v", "omega"]), campaign.kind.unmeasured(sequence))
+        J, C = _derivatives(fit, at, number, sequence)[0] * axes[:, None], at.covariance.of(number, np.arange(layout.size))
+        for effect in at.model.effects[len(fit.model.effects) :]:
+            key = effect.entry.key
+            found.setdefault(key, []).append(_sensitivity(J, C, layout.columns([key])))
+    return {key: np.array(each) for key, each in found.items()}
+
+
 def _derivatives(fit: CampaignFit, at: Considered, number: int, sequence: Any) -> tuple[Array, Array]:
     """Derivatives (6, 21 + q + r) of (v, omega) at a flight's middle time by all parameters, and their values (6,)."""
     times = sequence.setting.times_s
