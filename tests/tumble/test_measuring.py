@@ -103,8 +103,10 @@ def test_a_worse_sequence_whose_estimate_says_that_something_is_missing_is_named
     (path,) = perfect.glob("*.estimate.json")
     exact = read_estimate(path)
     assert exact.middle is not None
+    tested = {"adequate": False, "p": 1e-9, "statistic": 90.0, "freedom": 18, "component": "path along x", "after_impacts": 0}
+    tested |= {"component_rms": 1e-4, "component_p": 1e-9, "noise_ratio": 1.0}
     off = replace(exact.middle, v_world=1.02 * exact.middle.v_world)
-    write_estimate(replace(exact, middle=off, statistics={"adequacy": {"adequate": False}}), tmp_path / path.name)
+    write_estimate(replace(exact, middle=off, statistics={"adequacy": tested}), tmp_path / path.name)
     assert main(["score", str(tmp_path), "--truth", str(dataset / "truth"), "--out", str(tmp_path / "s")]) == 0
     assert f"worse: {exact.name}: model misses something" in capsys.readouterr().out
     assert "misfit" in (tmp_path / "s" / "scores.csv").read_text(encoding="utf-8").splitlines()[0]
