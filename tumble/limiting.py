@@ -19,6 +19,8 @@ NAMED = 0.2
 """Share of the mean square error from which a thing is named as what limits a velocity."""
 SEEN = 2.0
 """Standard deviations by which a model without an effect has to miss what is stated of it before that is said."""
+ROUNDING = 1e-9
+"""Of a velocity's standard deviation, what is none but for rounding."""
 LEAST_SHARE = 0.01
 """Probability of a name below which its digits say nothing."""
 SETTLED_BY = {
@@ -61,7 +63,7 @@ def _against(there: bool, model: float, misses: float) -> str:
 def limits_entry(found: Impacts) -> Entry:
     """What limits v and omega."""
     return {
-        "things": [_thing(each) for each in found.things],
+        "things": [_thing(each, found.total) for each in found.things],
         "noise": _pair(found.noise),
         "total": _pair(found.total),
         "size": _pair(found.size),
@@ -69,15 +71,20 @@ def limits_entry(found: Impacts) -> Entry:
     }
 
 
-def _thing(each: Impact) -> Entry:
+def _thing(each: Impact, total: tuple[float, float]) -> Entry:
     kind = "fitted" if each.fitted else "possible"
     return {
         "name": each.name,
         "kind": kind,
-        **_pair((each.v_ms, each.omega_rads)),
-        "v_before_ms": each.v_before_ms,
-        "omega_before_rads": each.omega_before_rads,
+        **_pair((_rounded(each.v_ms, total[0]), _rounded(each.omega_rads, total[1]))),
+        "v_before_ms": _rounded(each.v_before_ms, total[0]),
+        "omega_before_rads": _rounded(each.omega_before_rads, total[1]),
     }
+
+
+def _rounded(value: float, total: float) -> float:
+    """None where it is that but for rounding."""
+    return 0.0 if value < ROUNDING * total else value
 
 
 def _pair(values: tuple[float, float]) -> Entry:

@@ -118,7 +118,7 @@ def _moved_entry(each: Unseen, number: int, stated: tuple[float, float]) -> dict
     moved = (each.v, each.omega)[number]
     if not moved.off > LEAST_TOLD * stated[number]:
         return None
-    return {"off": moved.off, "with": with_words(each.effect.entry, moved.values), "values": list(moved.values)}
+    return {"off": moved.off, "with": values_words(each.effect.entry, moved.values), "values": list(moved.values)}
 
 
 def unseen_sentence(found: Sequence[Unseen], total: tuple[float, float]) -> str:
@@ -143,15 +143,19 @@ def _stating(named: Sequence[str]) -> str:
 
 
 def with_words(entry: EffectEntry, values: Sequence[float]) -> str:
-    """An effect with its values: their length where all have one unit, else each."""
+    """An effect with its values."""
+    return f"{in_words(entry.key)} of {values_words(entry, values)}"
+
+
+def values_words(entry: EffectEntry, values: Sequence[float]) -> str:
+    """An effect's values: their length where all have one unit, else each."""
     units = {p.unit for p in entry.parameters}
     if entry.names == ("relative",):
-        return f"{in_words(entry.key)} of {100.0 * abs(values[0]):.2g}%"
+        return f"{100.0 * abs(values[0]):.2g}%"
     if len(values) == 1 or (len(units) == 1 and units != {"1"}):
         (unit,) = units
-        return f"{in_words(entry.key)} of {_number(float(np.linalg.norm(values)), unit)}"
-    each = ", ".join(f"{p.name} {_number(value, p.unit)}" for p, value in zip(entry.parameters, values, strict=True))
-    return f"{in_words(entry.key)} of {each}"
+        return _number(float(np.linalg.norm(values)), unit)
+    return ", ".join(f"{p.name} {_number(value, p.unit)}" for p, value in zip(entry.parameters, values, strict=True))
 
 
 def _number(value: float, unit: str) -> str:

@@ -66,7 +66,7 @@ def test_velocities_are_off_by_what_is_told(tmp_path: Path) -> None:
     made = few_rows()
     told = limits(tmp_path / "told", made)
     scale = of(told, "length_scale")["v"]
-    assert scale["with"] == "length scale of 4.9%"
+    assert scale["with"] == "4.9%"
     moved = velocity(tmp_path / "off", larger(made, scale["values"][0])) - velocity(tmp_path / "right", made)
     assert scale["off"] == pytest.approx(np.linalg.norm(moved), rel=0.02)
     assert scale["off"] > 5.0 * told["total"]["v_ms"]
