@@ -124,7 +124,8 @@ def factorised(rows: csr_array, corner: Index, ball: Sphere) -> Factor:
     NothingSeen
         Where the matrix is not positive definite.
     ValueError
-        Where a row joins corners that are more than two edges apart.
+        Where a row joins corners that are more than two edges apart, so that no block has both. (One that has both, where separators meet,
+        takes the row as any other.)
     """
     blocks, counts = blocks_of(ball), np.bincount(corner, minlength=len(ball.directions))
     eliminated = np.concatenate([block.own for block in blocks])

@@ -49,8 +49,11 @@ def test_a_surface_that_nothing_determines_is_refused() -> None:
 
 
 def test_a_row_that_joins_far_corners_is_refused() -> None:
+    """Corners of the block that is eliminated first, and those that neither lie in it nor are touched by it."""
     prior = believed(rough(3), 0.05)
-    u = prior.basis.shape[1]
-    far = csr_array(([1e4, 1e4], ([0, 0], [0, u - 1])), (1, u))
+    first = blocks_of(prior.sphere)[0]
+    near = np.flatnonzero(np.isin(prior.corner, first.own))[0]
+    far = np.flatnonzero(~np.isin(prior.corner, [*first.own, *first.touch]))[0]
+    row = csr_array(([1e4, 1e4], ([0, 0], [near, far])), (1, len(prior.corner)))
     with pytest.raises(ValueError, match="two edges apart"):
-        factorised(csr_array(vstack([weighted_rows(prior), far])), prior.corner, prior.sphere)
+        factorised(csr_array(vstack([weighted_rows(prior), row])), prior.corner, prior.sphere)
