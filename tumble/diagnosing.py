@@ -1,6 +1,6 @@
 """What the verbs on a campaign do: compare, diagnose, explain, climb a ladder; each ends in the content of one ``diagnosis.json``."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
@@ -16,7 +16,7 @@ from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage, begins, in_words
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import ALPHA, Diagnosis, Finding, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
@@ -57,7 +57,7 @@ from tumble.result_files import estimate_path
 from tumble.told_models import in_place_values, models_told
 from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, spoiled_words, unknown_entry, with_unknown
-from tumble.unseen import unseen, unseen_entry
+from tumble.unseen import with_unseen
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -69,8 +69,6 @@ SMALLEST = 1e-6
 FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
-Granted = tuple[Sequence[Finding], Collection[str]]
-"""The tests beside a fit, and keys of effects that are other names of what is in it."""
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
 STAND_IN = "a name may stand in for something that the catalogue lacks."
 
@@ -210,9 +208,11 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     floor = _below(_floor(campaign.registered.campaign, fit), rest)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(found))
     of = uncertain(campaign.registered.campaign, fit, question.candidates(campaign))
-    content = _content("diagnose", question, campaign, of, None if found.missing else (found.findings, ()))
+    content = _content("diagnose", question, campaign, of)
+    limits = content["limits"]
     return {
         **content,
+        "limits": limits if found.missing else with_unseen(limits, campaign.registered.campaign, of, found.findings),
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
         "noise_floor": noise_floor_entry(floor, campaign.registered.campaign, _sure(found)),
         "unknown": rest,
@@ -305,11 +305,10 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     drops = drop_entries(registered.campaign)
     contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
-    of_contact = () if contact is None else (contact.sentence,)
     axes = (*axes_words(campaign.observations, explanation.found), *gravity_words(campaign.observations, of))
     unnamed = beside_words(left_out(best, explanation.fit.model.keys))
     of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *unnamed, *models_told(explanation))
-    verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *of_contact))
+    verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *([] if contact is None else [contact.sentence])))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)
     odd = unbelieved([*shown, *in_place])
@@ -322,9 +321,10 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
-    content = _content("explain", question, campaign, of, (diagnosis_at(best, ended=True).findings, _single_keys(named)))
+    content, beside = _content("explain", question, campaign, of), diagnosis_at(best, ended=True).findings
     return {
         **content,
+        "limits": with_unseen(content["limits"], registered.campaign, of, beside, _single_keys(named)),
         "model_of_residuals": keys_of(explanation.fit),
         "values_in_place": value_entries(in_place),
         "names": name_entries(groups),
@@ -392,20 +392,14 @@ def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
     return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)
 
 
-def _limits(campaign: Campaign, of: Uncertain, granted: Granted | None) -> Document:
-    """What limits v and omega, and what of the effects that were on trial they take for granted."""
-    entry = limits_entry(impacts(campaign, of.fit, of.at))
-    return {**entry, "unseen": None if granted is None else unseen_entry(unseen(campaign, of, *granted), entry["total"])}
-
-
 def _single_keys(names: Sequence[str]) -> set[str]:
     """The effects in names, of which one may be two effects together."""
     return {key for name in names for key in name.split("+")}
 
 
-def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, granted: Granted | None = None) -> Document:
+def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -> Document:
     """What every verb says."""
-    fit = of.fit
+    fit, at = of.fit, of.at
     return {
         "verb": verb,
         "source": str(question.source.resolve()),
@@ -422,7 +416,7 @@ def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain, g
         "values": value_entries(effect_values(campaign.registered, fit, of.of_values)),
         "values_in_place": [],
         "facts": fact_entries(campaign.registered.campaign, fit),
-        "limits": _limits(campaign.registered.campaign, of, granted),
+        "limits": {**limits_entry(impacts(campaign.registered.campaign, fit, at)), "unseen": None},
         "names": [],
         "noise_floor": None,
         "maps": None,

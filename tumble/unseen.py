@@ -19,7 +19,7 @@ from estimator.diagnosis.diagnose import ALPHA, SEEN_IN_95_PERCENT, Finding
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign
-from estimator.fitting.campaigns.considered import Possible, Uncertain, considered
+from estimator.fitting.campaigns.considered import Possible, Uncertain, considered, stated_rows
 from estimator.fitting.campaigns.impacts import sensitivities
 from estimator.fitting.stable_inverse import stable_inverse
 from tumble.limiting import SETTLED_BY
@@ -69,7 +69,7 @@ def _covariance(campaign: Campaign, test: ScoreTest) -> Array | None:
     """Of an effect's values (q, q), of the particle or camera that shows least of it; ``None``: nothing limits them, or all is stated."""
     entry = test.effect.entry
     limits = np.array([max(map(abs, p.plausible)) for p in entry.parameters])
-    stated = np.array([np.array(fact.weights[0][1]) / fact.sigma for fact in campaign.facts if fact.effects == (entry.key,)])
+    stated = stated_rows(campaign.facts, entry.key)
     if len(stated) and np.linalg.matrix_rank(stated) == len(limits):
         return None
     known = np.diag(limits**-2.0) + (stated.T @ stated if len(stated) else 0.0)
@@ -102,6 +102,13 @@ def _most(sensitivity: Array, covariance: Array) -> Moved:
     square, along = np.linalg.eigh(moved.T @ moved / len(sensitivity))
     values = root @ along[:, -1]
     return Moved(float(np.sqrt(max(square[-1], 0.0))), tuple((values * np.sign(values[np.argmax(np.abs(values))])).tolist()))
+
+
+def with_unseen(
+    limits: dict[str, Any], campaign: Campaign, of: Uncertain, findings: Sequence[Finding], named: Collection[str] = ()
+) -> dict[str, Any]:
+    """What limits v and omega, with what these take for granted."""
+    return {**limits, "unseen": unseen_entry(unseen(campaign, of, findings, named), limits["total"])}
 
 
 def unseen_entry(found: Sequence[Unseen], total: dict[str, float]) -> dict[str, Any]:

@@ -95,14 +95,18 @@ def _with(possible: Sequence[Possible], more: Sequence[Possible]) -> tuple[Possi
     return (*possible, *(each for each in more if each.effect.entry.key not in keys))
 
 
+def stated_rows(facts: Sequence[Fact], key: str) -> Array:
+    """What facts say of one effect alone: weights (k, q) of its parameters over the standard deviation of each, one over their units."""
+    return np.array([np.array(fact.weights[0][1]) / fact.sigma for fact in facts if fact.effects == (key,)])
+
+
 def stated_possible(facts: Sequence[Fact], model: Model, candidates: Mapping[str, EffectModel]) -> tuple[Possible, ...]:
     """What facts say of effects that a model lacks: their uncertainty, and how far they are from none."""
     keys = dict.fromkeys(fact.effects[0] for fact in facts if len(fact.effects) == 1 and fact.effects[0] not in model.keys)
     found = []
     for key in keys:
-        about = [fact for fact in facts if fact.effects == (key,)]
-        W = np.array([np.array(fact.weights[0][1]) / fact.sigma for fact in about])
-        spread = np.linalg.pinv(W.T @ W, hermitian=True)
+        about, W = [fact for fact in facts if fact.effects == (key,)], stated_rows(facts, key)
+        spread = np.asarray(np.linalg.pinv(W.T @ W, hermitian=True), dtype=np.float64)
         mean = spread @ W.T @ np.array([fact.value / fact.sigma for fact in about])
         found.append(Possible(candidates[key].held_by(None), spread + np.outer(mean, mean)))
     return tuple(found)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
-from estimator.fitting.campaigns.considered import Considered
+from estimator.fitting.campaigns.considered import Considered, stated_rows
 from estimator.fitting.campaigns.forced_velocities import velocities_under
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import LAYOUT
@@ -78,7 +78,7 @@ def impacts(campaign: Campaign, fit: CampaignFit, at: Considered) -> Impacts:
     after, before, noise, total, size = np.zeros((len(blocks), 2, n)), np.zeros((len(blocks), 2, n)), *np.zeros((3, 2, n))
     inside = np.concatenate([np.zeros(0, dtype=np.int64), *(block.columns for block in blocks if block.fitted)])
     for number, sequence in enumerate(campaign.sequences):
-        axes = ~np.isin(LAYOUT.columns(["v", "omega"]), campaign.kind.unmeasured(sequence))
+        axes = _measured(campaign, sequence)
         J, value = (each * axes.reshape(-1, *[1] * (each.ndim - 1)) for each in _derivatives(fit, at, number, sequence))
         plain, wide = at.plain.of(number, np.arange(at.own)), at.covariance.of(number, np.arange(at.model.layout.size))
         measured = np.where([axes[VELOCITY].any(), axes[SPIN].any()], 1.0, np.nan)
@@ -102,12 +102,17 @@ def sensitivities(campaign: Campaign, fit: CampaignFit, at: Considered) -> dict[
     """
     layout, found = at.model.layout, dict[str, list[Array]]()
     for number, sequence in enumerate(campaign.sequences):
-        axes = ~np.isin(LAYOUT.columns(["v", "omega"]), campaign.kind.unmeasured(sequence))
-        J, C = _derivatives(fit, at, number, sequence)[0] * axes[:, None], at.covariance.of(number, np.arange(layout.size))
+        J, _ = _derivatives(fit, at, number, sequence)
+        J, C = J * _measured(campaign, sequence)[:, None], at.covariance.of(number, np.arange(layout.size))
         for effect in at.model.effects[len(fit.model.effects) :]:
             key = effect.entry.key
             found.setdefault(key, []).append(_sensitivity(J, C, layout.columns([key])))
     return {key: np.array(each) for key, each in found.items()}
+
+
+def _measured(campaign: Campaign, sequence: Any) -> NDArray[np.bool_]:
+    """Along which axes (6,) v and omega of a flight were measured."""
+    return ~np.isin(LAYOUT.columns(["v", "omega"]), campaign.kind.unmeasured(sequence))
 
 
 def _derivatives(fit: CampaignFit, at: Considered, number: int, sequence: Any) -> tuple[Array, Array]:
@@ -147,11 +152,8 @@ def _before(campaign: Campaign, effect: EffectModel, kept: NDArray[np.int64]) ->
     """Covariance of parameters ``kept`` (b,) of an effect before the fit: the prior that holds it or its plausible range, and facts."""
     limits = np.array([max(map(abs, p.plausible)) for p in effect.entry.parameters])
     sigma = limits if effect.held is None else np.minimum(np.array(effect.held), limits)
-    information = np.diag(sigma**-2.0)
-    for fact in campaign.facts:
-        if fact.effects == (effect.entry.key,):
-            w = np.array(fact.weights[0][1]) / fact.sigma
-            information = information + np.outer(w, w)
+    stated = stated_rows(campaign.facts, effect.entry.key)
+    information = np.diag(sigma**-2.0) + (stated.T @ stated if len(stated) else 0.0)
     return stable_inverse(information)[np.ix_(kept, kept)] if np.isfinite(sigma).all() else _nothing(kept)
 
 
