@@ -6,10 +6,14 @@ pixels misplaces a sharp edge by up to 0.08 px with its phase, blur of variance 
 the blur measured on the very same edges, agrees with the picture: along each normal ``n``, Gauss-Newton for
 ``o_seen(n) = o_image(n - d)`` gives ``d = sum g (o_seen - o_image) / sum g²`` with ``g = -d o_image / dn``. Picture and
 image are sampled alike, so interpolation cancels; a wrong blur width does not move a straight edge, because ``g`` is even
-and the error odd. The image is that of a smooth curve through the points: chords of length ``h`` fill less, so that a polygon
-that fills as much as the picture has its corners ``h²/(12R)`` outside of a curve of radius ``R``. A Gaussian edge obeys
-``d o / d s² = o'' / 2``, which gives the correction of the blur. Corners sharper than the blur cannot be seen and stay rounded.
-Valid for opaque particles wider than a few blurs.
+and the error odd, where no level is free. The image is that of a smooth curve through the points: chords of length ``h``
+fill less, so that a polygon that fills as much as the picture has its corners ``h²/(12R)`` outside of a curve of radius ``R``. A Gaussian
+edge obeys ``d o / d s² = o'' / 2``, which gives the correction of the blur. Corners sharper than the blur cannot be seen and stay rounded.
+
+Where light leaks through a facet at the rim the particle is lighter just inside of its edge, and the half level lies further in. So every
+place has a level of its own, ``o_seen(n) = (1 + a) o_image(n - d)``, of the variance about their median that ``a`` shows over the outline
+beside noise [Morris, J. Am. Stat. Assoc. 78 (1983) 47, empirical Bayes]: hardly any of an opaque body.
+Valid for particles wider than a few blurs.
 """
 
 from dataclasses import dataclass
@@ -32,6 +36,8 @@ PIXEL_VARIANCE = 1.0 / 12.0
 """Of a pixel's own width (px²)."""
 _STEP_PX = 0.5
 """Between places across an edge at which picture and model are compared."""
+_LEAST_POWER = 1e-6
+"""Of a profile, below which it does not tell where the edge is."""
 _FEWEST = 8
 """Points of an outline."""
 _HALVINGS = 2
@@ -88,13 +94,20 @@ def roughness(points: Points) -> float:
 
 
 def refined(points: Points, occupancy: Picture, *, blur_px: float, spacing_px: float, rounds: int) -> Edge:
-    """Move the outline until its image agrees with ``occupancy``; the blur is fitted along, starting from ``blur_px``."""
+    """Move the outline until its image agrees with ``occupancy``; the blur is fitted along, starting from ``blur_px``.
+
+    In so many ``rounds``, and as many again as far as light leaks: edges that it draws inwards come back slowly, and rounds that are not
+    needed follow the noise.
+    """
     outline = resampled(points, spacing_px, fewest=_FEWEST)
     blur = isotropic(blur_px)
-    for number in range(rounds):
+    for number in range(2 * rounds):
         step = _compared(outline, occupancy, blur)
-        blur = bounded(blur + step.widening)
-        shift = step.shift if number == 0 else _smoothed(step.shift)
+        share = 1.0 if number < rounds else step.leaking
+        if share == 0.0:
+            break
+        blur = bounded(blur + share * step.widening)
+        shift = step.shift if number == 0 else share * _smoothed(step.shift)
         outline = outline + shift[:, None] * outward_normals(outline)
     final = _compared(outline, occupancy, blur)
     return Edge(oriented(outline), narrowest(blur), final.misfit, final.noise_gain, reach(blur))
@@ -111,6 +124,7 @@ class _Step:
     widening: Covariance
     misfit: float
     noise_gain: float
+    leaking: float
 
 
 def _compared(outline: Points, occupancy: Picture, blur: Covariance) -> _Step:
@@ -121,13 +135,35 @@ def _compared(outline: Points, occupancy: Picture, blur: Covariance) -> _Step:
     image = profiles(blurred(coverage(through(outline, _HALVINGS), occupancy.shape), blur), outline, normals, offsets)
     seen = profiles(occupancy, outline, normals, offsets)
     slope = -np.gradient(image, _STEP_PX, axis=1)
-    power = np.maximum((slope**2).sum(axis=1), 1e-6)
-    shift = np.clip(((seen - image) * slope).sum(axis=1) / power, -1.0, 1.0)
-    rest = seen - image - shift[:, None] * slope
+    parts = np.stack([slope, image], axis=2)
+    (shift, level), variance, leaking = _shift_and_level(parts, seen - image)
+    shift = np.clip(shift, -1.0, 1.0)
+    rest = seen - image - np.einsum("nki,in->nk", parts, np.stack([shift, level]))
     widening = -0.5 * np.gradient(slope, _STEP_PX, axis=1)
     wider = (rest * widening).sum(axis=1) / np.maximum((widening**2).sum(axis=1), 1e-9)
-    gain = 1.0 / np.sqrt(float(np.median(power)) * _STEP_PX)
-    return _Step(shift, fitted_blur(np.clip(wider, -0.5, 2.0), normals), float(np.sqrt(np.mean(rest**2))), gain)
+    gain = float(np.sqrt(np.median(variance) / _STEP_PX))
+    return _Step(shift, fitted_blur(np.clip(wider, -0.5, 2.0), normals), float(np.sqrt(np.mean(rest**2))), gain, leaking)
+
+
+def _shift_and_level(
+    parts: Float[NDArray[np.float64], "n k 2"], rest: Float[NDArray[np.float64], "n k"]
+) -> tuple[Float[NDArray[np.float64], "2 n"], Float[NDArray[np.float64], " n"], float]:
+    """Shift of every point (px) and how far its level is off one, by the ``rest`` of its profile; variance (n,) of shifts in noise of one.
+
+    ``parts``: by how much a profile changes with either. Last, the share of the scatter of levels that is no noise. What all levels have
+    in common is none of a place: a blur that is not Gaussian looks like that.
+    """
+    H, g = np.einsum("nki,nkj->nij", parts, parts), np.einsum("nki,nk->ni", parts, rest)
+    H += _LEAST_POWER * np.eye(2)
+    covariance = np.linalg.inv(H)
+    free = np.einsum("nij,nj->ni", covariance, g)
+    left = rest - np.einsum("nki,ni->nk", parts, free)
+    noise = float(np.median(np.sum(left**2, axis=1))) / ((left.shape[1] - 2) * _STEP_PX)
+    square = float(np.mean((free[:, 1] - np.median(free[:, 1])) ** 2))
+    scatter = max(square - noise * float(np.mean(covariance[:, 1, 1])), 0.0)
+    H[:, 1, 1] += noise / max(scatter, _LEAST_POWER * noise) if noise > 0.0 else 0.0
+    covariance = np.linalg.inv(H)
+    return np.einsum("nij,nj->in", covariance, g), covariance[:, 0, 0], scatter / square if square > 0.0 else 0.0
 
 
 def profiles(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import fftconvolve
 
 from datasets.vocabulary.outline import signed_area
 from estimator.geometry.coverage import coverage
@@ -105,3 +106,32 @@ def test_chords_between_points_do_not_move_a_curved_edge(radius):
     edge = refined(half_level_contour(image), image, blur_px=0.5, spacing_px=1.0, rounds=3)
     off = np.linalg.norm(edge.points_px - centre, axis=1) - radius
     assert abs(off.mean()) < 0.2 / (12.0 * radius)
+
+
+@pytest.mark.parametrize(("level", "most_px"), [(0.2, 0.12), (0.4, 0.35)])
+def test_light_that_leaks_at_a_facet_draws_the_edge_inwards_by_little(darkroom, rng, level, most_px):
+    """A band of two pixels inside of one side is lighter than the rest; by one level for all that side lay 0.29 and 0.74 px in."""
+    shape, corners = (140, 160), np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    body, band = (
+        darkroom.draw(corners * size + at, shape, 0.5) for size, at in (((40.0, 40.0), (60.0, 50.0)), ((36.0, 2.0), (62.0, 50.0)))
+    )
+    light = darkroom.panel(shape) * (1.0 - 0.98 * body + level * band)
+    taken = np.mean([darkroom.expose(darkroom.panel(shape), rng) for _ in range(8)], axis=0).round().astype(np.uint16)
+    points = extract_outlines(darkroom.frames([darkroom.expose(light, rng)], taken)).frames[0].outline.points_px
+    along = (points[:, 0] > 66.0) & (points[:, 0] < 94.0)
+    lit, dark = points[along & (points[:, 1] < 60.0), 1] - 50.0, 90.0 - points[along & (points[:, 1] > 80.0), 1]
+    assert abs(dark.mean()) < 0.02, "the other sides stay where they are"
+    assert -0.02 < lit.mean() < most_px
+
+
+@pytest.mark.parametrize("radius", [2.0, 3.0, 4.0])
+def test_a_blur_that_is_no_gaussian_is_no_leak(radius):
+    """Out of focus a disc blurs an edge, alike all round: levels that are free alike drew it in by 0.006, 0.026 and 0.054 px."""
+    fine = coverage(np.array([[120.0, 100.0], [680.0, 100.0], [680.0, 700.0], [120.0, 700.0]]) + 1.7, (800, 800))
+    y, x = np.mgrid[-40:41, -40:41]
+    disc = (np.hypot(x, y) <= 10.0 * radius).astype(float)
+    image = fftconvolve(fine, disc / disc.sum(), mode="same").reshape(80, 10, 80, 10).mean(axis=(1, 3)).astype(np.float32)
+    edge = refined(half_level_contour(image), image, blur_px=0.5 * radius, spacing_px=1.0, rounds=2)
+    x, y = ((edge.points_px + 0.5) * 10.0 - 0.5).T
+    flat = (y > 250.0) & (y < 550.0)
+    assert abs(np.mean(np.concatenate([x[flat & (x > 400.0)] - 681.7, 121.7 - x[flat & (x < 400.0)]]))) < 0.004
