@@ -26,6 +26,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from jaxtyping import Float
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.special import softmax
@@ -154,6 +155,14 @@ def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = No
     """Noise of one axis alone by residuals (n,) of several sequences at ``times`` (n,) s: :func:`noise_of` of its :func:`axis_rows`."""
     axis = axis_rows(residuals, times)
     return None if axis is None else noise_of([axis], stated=stated)[0]
+
+
+def likeness_of(products: Float[NDArray[np.float64], " lags"], expected: Float[NDArray[np.float64], "lags longest"]) -> ChannelNoise | None:
+    """Noise by sums of products of rows at each lag, ``products``; ``None`` where these say nothing.
+
+    ``expected``: what they are of noise of variance one, over its autocorrelation at each distance.
+    """
+    return noise_of([AxisRows(*_matched(products, expected), 0.0)])[0] if expected[0, 0] >= LEAST_TOLD else None
 
 
 def freedom_in(rows: int) -> int:

@@ -1,17 +1,19 @@
 """The last fit of one particle's motion: once more to every outline sample, from where tangents led and with the surface as an unknown."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Generic
 
 from datasets.estimate import Estimate
+from datasets.observation import Observation
 from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.configuration import ALWAYS, Configuration
 from estimator.data.fit_task import FitTask
+from estimator.fitting.adequacy import Misfit, misfit
 from estimator.fitting.calibration_share import CalibrationShare, calibration_share
 from estimator.fitting.problem import Fact, M
 from estimator.fitting.refinement import Refined
 from estimator.fitting.weighed_tangencies import linearise
-from estimator.impacts.chains import Seen
 from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.particle.particle import Particle
@@ -19,9 +21,18 @@ from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 from estimator.search.rival_flights import few_views
 from estimator.surface.calibration import calibration_share_of
 from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
-from estimator.surface.told import finer_views, surface_sentence, surface_statistics
+from estimator.surface.told import surface_sentence, surface_statistics
 
 OF_TANGENTS = "the estimate is that of tangents."
+
+
+@dataclass(frozen=True)
+class BySamples(Generic[M]):
+    """A fit to all samples with its test for slow errors, or ``why_not``, in words; empty where there is nothing to say of that."""
+
+    joint: JointFit[M] | None = None
+    tested: Misfit | None = None
+    why_not: str = ""
 
 
 def left_out(configuration: Configuration) -> str | None:
@@ -42,21 +53,33 @@ def left_out_beside_contacts(particle: Particle, configuration: Configuration) -
 
 def on_all_samples(
     led: Refined[M], task: FitTask, particle: Particle, configuration: Configuration, facts: Sequence[Fact[M]] = ()
-) -> tuple[JointFit[M] | None, str]:
+) -> BySamples[M]:
     """The motion fitted once more, to every outline sample and with the surface as an unknown; ``facts``: what else is known of it.
 
-    ``None`` where the tangents that ``led`` there do not fit, or where no surface meets the outlines, and what to say of that.
+    None where the tangents that ``led`` there do not fit, or where no surface is found.
     """
     if led.noise.mean_square > MOST_MEAN_SQUARE:
-        return None, ""
+        return BySamples()
     huber, seed = configuration.huber, configuration.seed
     try:
         joint = joint_fit(particle, task.sightings, led.flight, beside_the_surface(task.prior, facts), huber=huber, seed=seed)
     except RanAway:
-        return None, f"The fit to all outline samples ran away; {OF_TANGENTS}"
-    finer = finer_views(particle.seen, task.sightings.silhouettes)
-    missed = surface_sentence(joint, finer) if joint.settled else "The fit to all outline samples did not settle"
-    return (None, f"{missed}; {OF_TANGENTS}") if missed else (joint, "")
+        return BySamples(why_not=f"The fit to all outline samples ran away; {OF_TANGENTS}")
+    missed = surface_sentence(joint) if joint.settled else "The fit to all outline samples did not settle"
+    if missed:
+        return BySamples(why_not=f"{missed}; {OF_TANGENTS}")
+    return BySamples(joint, _tested(joint, misfit(led, facts)))
+
+
+def _tested(joint: JointFit[M], tangents: Misfit | None) -> Misfit | None:
+    """The test of a joint fit for slow errors, or that of the ``tangents`` that led there where these alone show some.
+
+    What a motion lacks is alike along outlines and from picture to picture, as noise may be, and a fit that finds how large noise is may
+    take it for that. Tangents know beforehand how noisy they are.
+    """
+    tested = joint.misfit
+    shown = tangents is not None and tangents.slowly_off and (tested is None or not tested.slowly_off)
+    return tangents if shown else tested
 
 
 def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
@@ -65,13 +88,11 @@ def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
     return replace(refined, flight=joint.motion, covariance=joint.covariance, bound=joint.bound, settled=joint.settled, at=at)
 
 
-def share_of(
-    refined: Refined[M], joint: JointFit[M] | None, task: FitTask, seen: Seen, configuration: Configuration
-) -> CalibrationShare | None:
+def share_of(refined: Refined[M], joint: JointFit[M] | None, task: FitTask, stated: Observation) -> CalibrationShare | None:
     """What the stated calibration adds to the uncertainty of the motion that has the last word."""
     if joint is None:
-        return calibration_share(refined.flight, refined.at, refined.inverse, seen.observation)
-    return calibration_share_of(seen.particle, joint, task, seen.observation, huber=configuration.huber)
+        return calibration_share(refined.flight, refined.at, refined.inverse, stated)
+    return calibration_share_of(joint, task, stated)
 
 
 def with_surface(estimate: Estimate, joint: JointFit[Motion] | None, why_not: str, *, said: str | None = None) -> Estimate:

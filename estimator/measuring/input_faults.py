@@ -3,7 +3,7 @@
 Gravity's sign, pixels counted upwards, time stamps in ms or µs instead of s; mistakes in the calibrated views show before any fit
 (:mod:`estimator.particle.view_faults`). A correction is only *named*, never applied: it is named where without it no flight fits, and with
 it a quick fit converges whose residuals are noise (:mod:`estimator.fitting.adequacy`). Where two do, it is the one under which a surface
-meets all outline samples: seen from far away, tangents hardly tell a body from its mirror image.
+meets all outline samples best: seen from far away, tangents hardly tell a body from its mirror image.
 """
 
 from collections.abc import Callable
@@ -80,8 +80,16 @@ def input_fault(seen: Seen, estimate: Estimate, configuration: Configuration) ->
     for correction in (*(_of_times(seen.observation.clock.times_s) if gross else ()), GRAVITY, UPWARDS):
         tried = estimate_free_flight(correction.corrected(seen), quick)
         if tried.status is Status.CONVERGED and tried.statistics.get("adequacy", {}).get("adequate", False):
-            fitting.append(("surface" not in tried.statistics, tried.statistics["noise_mean_square"], correction))
+            fitting.append((_missed(tried), tried.statistics["noise_mean_square"], correction))
     return min(fitting, key=lambda each: each[:2])[2] if fitting else None
+
+
+def _missed(estimate: Estimate) -> float:
+    """Effective noise of the pictures' samples over the outlines' own, of the camera where it is most; infinite without a surface."""
+    told = estimate.statistics.get("surface")
+    if told is None:
+        return float("inf")
+    return float(max(px / told["outline_noise_px"][group] for group, px in told["effective_noise_px"].items() if group != "views"))
 
 
 def _of_times(times_s: Array) -> tuple[Correction, ...]:

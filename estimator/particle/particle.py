@@ -126,8 +126,9 @@ class Particle:
         worst = [f"view {numbers[i]} ({among.view_rms_px[i]:.2f} px)" for i in np.argsort(-among.view_rms_px)[:WORST_TOLD]]
         return (
             f"the calibrated views disagree with one another by {among.rms_px:.2f} px RMS, and the noise of their outlines explains "
-            f"{among.expected_px:.2f} px: the calibration misplaces each by about {among.calibration_px:.2f} px, which the uncertainties "
-            f"contain. They disagree most with {', '.join(worst)}: check the calibration."
+            f"{among.expected_px:.2f} px: each is misplaced by about {among.calibration_px:.2f} px, by its calibration or by light that "
+            f"leaks through the particle, which the uncertainties contain. They disagree most with {', '.join(worst)}: look at these "
+            "pictures, and check the calibration."
         )
 
     @cached_property

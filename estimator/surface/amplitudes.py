@@ -19,7 +19,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from datasets.vocabulary.body import Body
 from estimator.particle.particle import Particle
-from estimator.surface.arrow import weighed
+from estimator.surface.arrow import Noise, weighed
 from estimator.surface.dissection import factorised
 from estimator.surface.evenness import believed
 from estimator.surface.mass import N_MASS, mass_response
@@ -95,7 +95,8 @@ def amplitudes_of(
     """
     surface = shape.surface
     prior = believed(surface)
-    views = weighed(samples_of_views(surface, particle.outlines, particle.calibrated, views_px), prior, shape.noise_px, huber)
+    shown = samples_of_views(surface, particle.outlines, particle.calibrated, views_px)
+    views = weighed(shown, prior, Noise.white(shape.noise_px), huber)
     known = csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
     rows = [csr_array(each.by_corner @ prior.basis) for each in felt]
     every = csr_array(vstack(rows))

@@ -5,11 +5,11 @@ section 6]. Rows that bear on the whole surface, those of its mass properties, w
 
 How noisy samples are is found from the data, by the fixed point at which the evidence is largest [MacKay, Neural Computation 4 (1992) 415];
 the trace of the large inverse by random signs [Hutchinson, Communications in Statistics 18 (1989) 1059]. Samples whose residuals are alike
-along an outline count as that many fewer.
+along an outline count as that many fewer, and so do pictures that are off alike, one after the other.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk
 from scipy.sparse import csr_array, diags_array, vstack
 
+from estimator.likelihood.alike_poses import OfPictures
 from estimator.surface.dissection import Factor, factorised
 from estimator.surface.evenness import Believed
 from estimator.surface.samples import Samples
@@ -44,7 +45,8 @@ class Whole:
 class Weighed:
     """A group's samples in standard deviations: residuals ``r`` (m,), derivatives ``J`` (m, u) by the surface, ``F`` (m, c) by motions.
 
-    ``place`` (c,): where those lie among all of the motions' parameters.
+    ``place`` (c,): where those lie among all of the motions' parameters; ``noise`` that samples are taken to have. Of pictures that have a
+    time, what samples say of poses, and derivatives ``slow`` (m, k) by slow errors of these.
     """
 
     samples: Samples
@@ -52,6 +54,23 @@ class Weighed:
     J: csr_array
     F: Float[NDArray[np.float64], "m c"] | csr_array
     place: NDArray[np.int64]
+    weight: Float[NDArray[np.float64], " m"]
+    noise: "Noise"
+    pictures: OfPictures | None
+    slow: Float[NDArray[np.float64], "m k"]
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Of a group's samples: effective ``px``, and ``outline_px``, were none alike from picture to picture, the unit of Huber's weights."""
+
+    px: float
+    outline_px: float
+
+    @classmethod
+    def white(cls, px: float) -> "Noise":
+        """Of samples of which none is alike."""
+        return cls(px, px)
 
 
 @dataclass(frozen=True)
@@ -84,30 +103,27 @@ class Eliminated:
         """Moves (n, 3) m of the corners that go with a ``step`` (p,) of the motions."""
         return np.asarray((self.prior.basis @ self._unknowns(step)).reshape(-1, 3))
 
-    def noise(self, step: Array, noise_px: tuple[float, ...], rng: np.random.Generator) -> tuple[float, ...]:
-        """Effective noise (px) of each group as the residuals after a ``step`` (p,) show it, from that which was assumed."""
+    def noise(self, step: Array, rng: np.random.Generator) -> tuple[Noise, ...]:
+        """That of each group as the residuals after a ``step`` (p,) of the motions show it."""
         unknowns = self._unknowns(step)
         left = [group.r + group.J @ unknowns + group.F @ step[group.place] for group in self.groups]
         taken = _taken(self.factor, [group.J for group in self.groups], rng)
-        found = (_noise_of(z, g.samples.starts, each) for z, g, each in zip(left, self.groups, taken, strict=True))
-        return tuple(noise * change for noise, change in zip(noise_px, found, strict=True))
+        return tuple(_noise_of(z, g, each) for z, g, each in zip(left, self.groups, taken, strict=True))
 
     def _unknowns(self, step: Array) -> Array:
         return -self.factor.backward(self.half @ np.append(step, 1.0)[:, None])[:, 0]
 
 
-def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float, place: NDArray[np.int64] | None = None) -> Weighed:
+def weighed(samples: Samples, prior: Believed, noise: Noise, huber: float, place: NDArray[np.int64] | None = None) -> Weighed:
     """Samples over their noise, those far off held by Huber's weights; ``place`` (c,) of their motions, ``None``: there are no others."""
-    w = weights(samples.gap_px, noise_px, huber)
+    w = np.sqrt(huber / np.maximum(np.abs(samples.gap_px) / noise.outline_px, huber)) / noise.px
     by, each = samples.by_motion, diags_array(w)
     place = np.arange(by.shape[1]) if place is None else place
     F = csr_array(each @ by) if isinstance(by, csr_array) else by * w[:, None]
-    return Weighed(samples, samples.gap_px * w, csr_array(each @ (samples.by_corner @ prior.basis)), F, place)
-
-
-def weights(gap_px: Array, noise_px: float, huber: float) -> Array:
-    """What residuals ``gap_px`` (m,) and their derivatives are multiplied by, 1/px."""
-    return np.asarray(np.sqrt(huber / np.maximum(np.abs(gap_px) / noise_px, huber)) / noise_px)
+    J = csr_array(each @ (samples.by_corner @ prior.basis))
+    pictures = None if samples.by_pose is None else OfPictures(samples.by_pose * w[:, None], samples.starts)
+    slow = np.zeros((len(w), 0)) if samples.by_slow is None else samples.by_slow * w[:, None]
+    return Weighed(samples, samples.gap_px * w, J, F, place, w, noise, pictures, slow)
 
 
 def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Eliminated:
@@ -125,6 +141,32 @@ def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Elim
     taken, half = _halves(factor, by_surface, np.column_stack([border, gradient]))
     H, g = H - taken[:-1, :-1], g - taken[:-1, -1]
     return Eliminated(np.asarray(0.5 * (H + H.T)), np.asarray(g), half, factor, tuple(groups), prior)
+
+
+def with_columns(fitted: Eliminated, whole: Whole, columns: Sequence[Array], at: int) -> tuple[Eliminated, Whole]:
+    """The equations about the same surface with k more parameters of the motions, from place ``at`` on.
+
+    ``columns`` (m, k): by how much they move the weighted samples of the last groups. They are none of the ``whole`` rows.
+    """
+    others, moved = fitted.groups[: -len(columns)], list(zip(fitted.groups[-len(columns) :], columns, strict=True))
+    count, k = len(fitted.g), columns[0].shape[1]
+    old, new = np.r_[:at, at + k : count + k], np.arange(at, at + k)
+    border = np.sum([group.J.T @ each for group, each in moved], axis=0)
+    taken, half = _halves(fitted.factor, fitted.prior.basis.T @ whole.by_corner, border)
+    cross, gradient = -(fitted.half.T @ fitted.factor.forward(border)), np.insert(fitted.g, np.full(k, at), 0.0)
+    for group, each in moved:
+        cross[group.place] += group.F.T @ each
+        gradient[new] += each.T @ group.r
+    H = np.zeros((count + k,) * 2)
+    H[np.ix_(old, old)], H[np.ix_(old, new)], H[np.ix_(new, old)] = fitted.H, cross[:-1], cross[:-1].T
+    H[np.ix_(new, new)] = np.sum([each.T @ each for each in columns], axis=0) - taken
+    gradient[new] += cross[-1]
+    halves = np.zeros((len(half), count + k + 1))
+    halves[:, np.append(old, count + k)], halves[:, new] = fitted.half, half
+    groups = [replace(each, place=old[each.place]) for each in others]
+    groups += [replace(group, F=np.column_stack([filled(group.F), each]), place=np.append(old[group.place], new)) for group, each in moved]
+    whole = replace(whole, by_motion=np.insert(whole.by_motion, np.full(k, at), 0.0, axis=1))
+    return replace(fitted, H=H, g=gradient, half=halves, groups=tuple(groups)), whole
 
 
 def filled(products: Any) -> Array:
@@ -150,10 +192,19 @@ def _taken(factor: Factor, groups: Sequence[csr_array], rng: np.random.Generator
     return np.sum(factor.forward(towards) ** 2, axis=0).reshape(-1, PROBES).mean(axis=1).tolist()
 
 
-def _noise_of(left: Array, starts: NDArray[np.int64], taken: float) -> float:
-    """Noise over that assumed, of residuals (m,) left in its units, Huber's weights in them; alike neighbours count as fewer samples."""
+def _noise_of(left: Array, group: Weighed, taken: float) -> Noise:
+    """Noise of residuals (m,) ``left`` in units of that assumed, Huber's weights in them; what is alike counts as fewer samples.
+
+    Slow errors of poses are no noise. ``taken``: how many samples the surface takes up.
+    """
+    repeats = 1.0
+    if group.pictures is not None:
+        F = filled(group.F)
+        left = group.pictures.beside(left, F, group.slow)
+        repeats = group.pictures.repeats(left, np.column_stack([F, group.slow]))
     size = np.sqrt(left @ left / max(len(left) - taken, 1.0))
-    return float(size * np.sqrt(_alike(left, starts)))
+    outline_px = group.noise.px * float(size * np.sqrt(_alike(left, group.samples.starts)))
+    return Noise(outline_px * float(np.sqrt(repeats)), outline_px)
 
 
 def _alike(left: Array, starts: NDArray[np.int64]) -> float:

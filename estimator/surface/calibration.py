@@ -15,31 +15,27 @@ from estimator.data.fit_task import FitTask
 from estimator.fitting.calibration_share import STEP, CalibrationShare, Other, errors_of
 from estimator.fitting.problem import M
 from estimator.fitting.stable_inverse import scaled_inverse
-from estimator.particle.particle import Particle
-from estimator.surface.arrow import weights
 from estimator.surface.contact import contacts_of
 from estimator.surface.frame_samples import pictures_of
-from estimator.surface.joint import JointFit, linearised_end
+from estimator.surface.joint import JointFit
 
 Array = NDArray[np.float64]
 
 
-def calibration_share_of(
-    particle: Particle, joint: JointFit[M], task: FitTask, stated: Observation, *, huber: float
-) -> CalibrationShare | None:
+def calibration_share_of(joint: JointFit[M], task: FitTask, stated: Observation) -> CalibrationShare | None:
     """The share of a calibration in the motion of a joint fit; ``None`` where no uncertainty is ``stated``."""
     errors = errors_of(task, joint.motion, stated)
     others = errors.others
     if not others:
         return None
-    fitted, _, about = linearised_end(particle, joint, huber=huber)
-    frames, gradient = fitted.groups[1:], np.zeros((about.size, len(others)))
+    fitted, information = joint.last.fitted, joint.last.known.information
+    frames, gradient = fitted.groups[1:], np.zeros((len(information), len(others)))
     ends = np.cumsum([len(group.r) for group in frames])
-    for group, noise_px, change in zip(frames, joint.noise_px[1:], np.split(_changes(joint, others), ends[:-1]), strict=True):
-        weighed = weights(group.samples.gap_px, noise_px, huber)[:, None] * change
+    for group, change in zip(frames, np.split(_changes(joint, others), ends[:-1]), strict=True):
+        weighed = group.weight[:, None] * change
         gradient -= fitted.solved[:, :-1].T @ (group.J.T @ weighed)
         gradient[group.place] += group.F.T @ weighed
-    response = -scaled_inverse(fitted.H + about.information) @ gradient
+    response = -scaled_inverse(fitted.H + information) @ gradient
     return errors.share(response[frames[0].place])
 
 

@@ -1,5 +1,6 @@
 """Distances of the samples of the high-speed cameras' outlines from those that surface and motion cast, with their derivatives."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,20 +12,19 @@ from estimator.appearance.flight_errors import flown_in, particle_poses, sensiti
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.motion.flight import OFFSET, Motion
+from estimator.motion.slow_errors import slow_errors
 from estimator.surface.contact import Picture, contacts_of, turned
 from estimator.surface.samples import Samples, samples_at
 from estimator.surface.star_surface import Seen, Surface, crossed
 
 
-def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, further: NDArray[np.float64] | None = None) -> Samples:
+def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion) -> Samples:
     """Those of the high-speed cameras' pictures under a motion.
 
-    ``further`` (n, 6, k): what k more parameters do to the poses, translation (m) and left rotation vector, world frame. Outlines move
-    along their normals over a pixel: edges are no longer than that and turn with the noise that drew them, which is no information of a
-    turn about the optical axis.
+    Outlines move along their normals over a pixel: edges are no longer than that and turn with the noise that drew them, which is no
+    information of a turn about the optical axis.
     """
     predicted, sensitivity = sensitivity_in(motion, sightings)
-    sensitivity = sensitivity if further is None else np.concatenate([sensitivity, further], axis=2)
     placed = particle_poses(motion.first, predicted, sightings)
     pictures = pictures_of(sightings, placed)
     met = contacts_of(surface, pictures)
@@ -34,10 +34,21 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
     centre = np.einsum("nij,nj->ni", R, predicted.centre[:, 0]) + nearer
     arm = turned(met.point - np.repeat(centre, np.diff(met.starts), axis=0), met.starts, R)
     by_pose = np.concatenate([-world, crossed(world, arm)], axis=1)
-    parts = zip(pairwise(met.starts.tolist()), sensitivity, strict=True)
-    by_motion = np.concatenate([by_pose[a:b] @ each for (a, b), each in parts])
+    by_motion = moved_by(by_pose, met.starts, sensitivity)
     by_motion[:, OFFSET] = -1.0
-    return samples_at(surface, met, turned(across, met.starts, placed.R), by_motion, motion.first.offset_px)
+    samples = samples_at(surface, met, turned(across, met.starts, placed.R), by_motion, motion.first.offset_px)
+    slow = slow_errors(sightings.times_s, motion).basis
+    return replace(samples, by_pose=by_pose, by_slow=moved_by(by_pose, met.starts, slow))
+
+
+def moved_by(by_pose: NDArray[np.float64], starts: NDArray[np.int64], poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """By how much k parameters move samples (m, k).
+
+    ``by_pose`` (m, 6): derivatives of samples by the pose of their picture, where those of each begin at ``starts`` (n + 1,); ``poses``
+    (n, 6, k): those of poses by the parameters.
+    """
+    parts = zip(pairwise(starts.tolist()), poses, strict=True)
+    return np.concatenate([by_pose[a:b] @ each for (a, b), each in parts])
 
 
 def pictures_of(sightings: Sightings, placed: PoseSet) -> list[Picture]:

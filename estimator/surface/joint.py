@@ -7,6 +7,7 @@ model. Samples of views bear on the surface alone, those of frames on both; corn
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
@@ -24,9 +25,9 @@ from estimator.likelihood.rows import noise_scales
 from estimator.motion.flight import COM, INERTIA, OFFSET
 from estimator.motion.slow_errors import slow_errors
 from estimator.particle.particle import Particle
-from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
-from estimator.surface.evenness import Believed, believed
-from estimator.surface.frame_samples import samples_of_frames, seen_under
+from estimator.surface.arrow import Eliminated, Noise, Whole, eliminated, weighed, with_columns
+from estimator.surface.evenness import Believed
+from estimator.surface.frame_samples import moved_by, samples_of_frames, seen_under
 from estimator.surface.mass import N_MASS, mass_response
 from estimator.surface.samples import Samples, ShiftedViews
 from estimator.surface.shape import ALIGNED, SHARP, Shape, believed_in, own_noise_px
@@ -169,17 +170,18 @@ def joined(
     views = ShiftedViews(particle.outlines, particle.calibrated, np.zeros((len(particle.calibrated), 2)), offset_px=views_px)
     sd_px = own_noise_px(particle.seen)
     own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
-    noise_px: tuple[float, ...] = (shape.noise_px, *own[1:])
+    noise = tuple(Noise.white(px) for px in (shape.noise_px, *own[1:]))
     settled, gain, last = False, 1.0, np.zeros(size)
     for number in range(first, end):
         about, believe, views = known(recorded), believed_in(surface, number), replace(views, free=number >= shifted)
         about = (about if number >= SHARP else about.held).beside(views, sd_px)
-        fitted, whole = _linearised(particle, (surface, believe), (views, *recorded), about, noise_px=noise_px, huber=huber)
+        fitted, whole = _linearised(particle, (surface, believe), (views, *recorded), about, noise=noise, huber=huber)
         covariance = scaled_inverse(fitted.H + about.information)
         step = -covariance @ (fitted.g + about.pull)
         sizes = step[:size] / np.sqrt(np.maximum(np.diag(covariance)[:size], 1e-300))
         gain *= TURNED if last @ sizes < 0.0 and number > SHARP else 1.0
-        noise_px, last = fitted.noise(step, noise_px, rng) if number >= ALIGNED else noise_px, sizes
+        ended = Last(fitted, whole, about, step)
+        noise, last = fitted.noise(step, rng) if number >= ALIGNED else noise, sizes
         surface, views = surface.moved(fitted.corners(gain * step)), views.moved(gain * step[size:])
         if views.free:
             sd_px = _scale_of(views.shift_px, np.diag(covariance)[size:], sd_px)
@@ -187,8 +189,8 @@ def joined(
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled and number >= SHARP:
             break
-    last_step = Last(fitted, whole, about, step)
-    return Joined(tuple(recorded), covariance[:size, :size], surface, noise_px, own, settled, last_step, views, sd_px)
+    noise_px = tuple(each.px for each in noise)
+    return Joined(tuple(recorded), covariance[:size, :size], surface, noise_px, own, settled, ended, views, sd_px)
 
 
 def _scale_of(shift_px: Array, variance: Array, sd_px: float) -> float:
@@ -203,7 +205,7 @@ def _linearised(
     shown: tuple[ShiftedViews, *tuple[R, ...]],
     about: Known,
     *,
-    noise_px: Sequence[float],
+    noise: Sequence[Noise],
     huber: float,
 ) -> tuple[Eliminated, Whole]:
     """The equations without the surface, and the rows of mass properties in them; noise of views first, then of every recording.
@@ -213,7 +215,7 @@ def _linearised(
     (surface, believe), (views, *recorded) = surfaced, shown
     shifts = np.arange(about.size - len(views.unknown), about.size)
     samples, place = [each.samples(surface) for each in shown], (shifts, *(each.place for each in recorded))
-    groups = [weighed(each, believe, px, huber, where) for each, px, where in zip(samples, noise_px, place, strict=True)]
+    groups = [weighed(each, believe, px, huber, where) for each, px, where in zip(samples, noise, place, strict=True)]
     whole = _mass_rows(surface, recorded[0].mass, about, usual_deviation(particle))
     return eliminated(groups, believe, whole), whole
 
@@ -234,11 +236,10 @@ def _mass_rows(surface: Surface, now: Array, about: Known, deviation: Array) -> 
 
 @dataclass(frozen=True)
 class RecordedMotion(Generic[M_co]):
-    """A motion of p parameters and the sightings that recorded it; ``slow`` (n, 6, k): slow errors of its poses, k more parameters."""
+    """A motion of p parameters and the sightings that recorded it."""
 
     sightings: Sightings
     motion: M_co
-    slow: Array | None = None
 
     @property
     def own_px(self) -> float:
@@ -247,8 +248,8 @@ class RecordedMotion(Generic[M_co]):
 
     @property
     def place(self) -> Index:
-        """All there are (p + k,)."""
-        return np.arange(self.motion.layout.size + (0 if self.slow is None else self.slow.shape[2]))
+        """All there are (p,)."""
+        return np.arange(self.motion.layout.size)
 
     @property
     def mass(self) -> Array:
@@ -257,7 +258,7 @@ class RecordedMotion(Generic[M_co]):
 
     def samples(self, surface: Surface) -> Samples:
         """Those of the frames."""
-        return samples_of_frames(surface, self.sightings, self.motion, self.slow)
+        return samples_of_frames(surface, self.sightings, self.motion)
 
     def moved(self, step: Array) -> "RecordedMotion[M_co]":
         """After a ``step`` (p,) of the motion's parameters."""
@@ -272,7 +273,7 @@ class JointFit(Generic[M_co]):
 
     ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
     themselves; ``scale``: how much further from what views and prior prefer the surface is than they say. ``sightings`` that were fitted;
-    ``known`` of the motion (p,) at its end. ``views`` with their shifts, whose standard deviation is ``shift_sd_px``.
+    ``last``: the equations that it ended with. ``views`` with their shifts, whose standard deviation is ``shift_sd_px``.
     """
 
     motion: M_co
@@ -284,9 +285,14 @@ class JointFit(Generic[M_co]):
     settled: bool
     scale: float
     sightings: Sightings
-    known: NormalEquations
+    last: Last
     views: ShiftedViews
     shift_sd_px: float
+
+    @cached_property
+    def misfit(self) -> Misfit | None:
+        """Whether slow errors of the poses are left."""
+        return slow_misfit(self)
 
 
 def joint_fit(
@@ -322,7 +328,7 @@ def joint_fit(
         found.settled,
         end.scale,
         sightings,
-        known(motion),
+        last,
         found.views,
         found.shift_sd_px,
     )
@@ -333,36 +339,38 @@ def by_camera(sightings: Sightings) -> list[Index]:
     return [np.flatnonzero(sightings.camera == camera) for camera in np.unique(sightings.camera)]
 
 
-def linearised_end(particle: Particle, joint: JointFit[M], basis: Array | None = None, *, huber: float) -> tuple[Eliminated, Whole, Known]:
-    """The equations where a fit has ended; ``basis`` (n, 6, k): slow errors of its poses, k more parameters."""
-    more = (0, 0 if basis is None else basis.shape[2])
-    about = Known(joint.motion.first.body, np.r_[COM, INERTIA], np.pad(joint.known.H, more), np.pad(joint.known.g, more))
-    about = about.beside(joint.views, joint.shift_sd_px)
-    recorded = [
-        RecordedMotion(joint.sightings.take(rows), joint.motion, None if basis is None else basis[rows])
-        for rows in by_camera(joint.sightings)
-    ]
-    surfaced = joint.surface, believed(joint.surface)
-    fitted, whole = _linearised(particle, surfaced, (joint.views, *recorded), about, noise_px=joint.noise_px, huber=huber)
-    return fitted, whole, about
-
-
-def slow_misfit(particle: Particle, joint: JointFit[M], *, huber: float) -> Misfit | None:
+def slow_misfit(joint: JointFit[M]) -> Misfit | None:
     """Whether slow errors of the poses are left where the fit has ended, the surface free to answer to them.
 
-    ``None`` where the sightings do not determine them. Of 36 made flights of 100 frames in which nothing is missing ``p`` was below 0.1
-    three times and above 0.9 seven times (trial run).
+    ``None`` where the sightings do not determine them. Of 36 made flights of 100 frames in which nothing
+    is missing ``p`` was below 0.1 three times and above 0.9 seven times (trial run).
     """
-    slow, p = slow_errors(joint.sightings.times_s, joint.motion), len(joint.known.g)
+    slow, p, last = slow_errors(joint.sightings.times_s, joint.motion), joint.motion.layout.size, joint.last
+    if not slow.segments:
+        return None
+    frames = last.fitted.groups[1:]
+    rows = by_camera(joint.sightings)
+    columns = [
+        moved_by(each.pictures.by_pose, each.pictures.starts, slow.basis[of])
+        for each, of in zip(frames, rows, strict=True)
+        if each.pictures
+    ]
+    fitted, whole = with_columns(last.fitted, last.whole, columns, p)
+    k = slow.basis.shape[2]
     try:
-        fitted, whole, about = linearised_end(particle, joint, slow.basis, huber=huber)
-        end = scaled_step(fitted, whole, about.information, about.pull)
+        end = scaled_step(fitted, whole, _with_unknown(last.known.information, p, k), np.insert(last.known.pull, np.full(k, p), 0.0))
     except NothingSeen:
         return None
-    of_frames = zip(fitted.groups[1:], joint.noise_px[1:], joint.outline_noise_px[1:], strict=True)
-    left = np.concatenate([found / own * group.r for group, found, own in of_frames])
-    found = end.step[p:], end.covariance[p:, p:]
+    of_frames = zip(frames, joint.outline_noise_px[1:], strict=True)
+    left = np.concatenate([group.noise.px / own * group.r for group, own in of_frames])
+    found = end.step[p : p + k], end.covariance[p : p + k, p : p + k]
     return misfit_of(found, end.covariance, slow, joint.motion.layout, noise_ratio=float(np.sqrt(np.mean(left**2))))
+
+
+def _with_unknown(information: Array, at: int, k: int) -> Array:
+    """An ``information`` (p, p) with k parameters of which nothing is known, from place ``at`` on."""
+    none = np.full(k, at)
+    return np.asarray(np.insert(np.insert(information, none, 0.0, axis=0), none, 0.0, axis=1))
 
 
 def beside_the_surface(prior: Prior, facts: Sequence[Fact[M]] = ()) -> Callable[[M], NormalEquations]:

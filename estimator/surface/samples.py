@@ -21,12 +21,16 @@ class Samples:
     """Residuals ``gap_px`` (m,) of samples in the order of their outlines, ``starts`` (k + 1,) where those of each picture begin.
 
     ``by_corner`` (m, 3 n) px/m, by each corner's three coordinates in the particle frame, and ``by_motion`` (m, p): their derivatives.
+    Where pictures are of one camera, in the order of time, ``by_pose`` (m, 6) px/m and px/rad: those by the pose of their own picture, and
+    ``by_slow`` (m, k): those by slow errors of the poses.
     """
 
     gap_px: Float[NDArray[np.float64], " m"]
     starts: NDArray[np.int64]
     by_corner: csr_array
     by_motion: Float[NDArray[np.float64], "m p"] | csr_array
+    by_pose: Float[NDArray[np.float64], "m 6"] | None = None
+    by_slow: Float[NDArray[np.float64], "m k"] | None = None
 
 
 def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView], offset_px: float = 0.0) -> Samples:

@@ -126,8 +126,8 @@ def test_a_plate_that_is_stated_too_high_is_among_what_is_known(drops: list[tupl
     free, kept = (by_all_samples(high, replace(SAMPLES, keep_out_of_plate=on)) for on in (0, 1))
     assert "kept out of the stated plate" in kept.estimate.message
     place = kept.joint.motion.layout["x"]
-    asked = [-(each.joint.known.g[place] @ plate.normal_world) for each in (free, kept)]
-    told = [float(plate.normal_world @ each.joint.known.H[place, place] @ plate.normal_world) for each in (free, kept)]
+    asked = [-(each.joint.last.known.pull[place] @ plate.normal_world) for each in (free, kept)]
+    told = [float(plate.normal_world @ each.joint.last.known.information[place, place] @ plate.normal_world) for each in (free, kept)]
     assert (asked[0], told[0]) == (0.0, 0.0)
     assert asked[1] > 0.0
     assert told[1] > 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimator.surface.arrow import Whole, _alike, _lagged_products, eliminated, weighed
+from estimator.surface.arrow import Noise, Whole, _alike, _lagged_products, eliminated, weighed, with_columns
 from estimator.surface.evenness import believed
 from estimator.surface.samples import Samples
 from estimator.surface.star_surface import Surface, sphere
@@ -21,7 +21,7 @@ def test_elimination_gives_the_step_of_the_dense_equations() -> None:
     )
     whole = Whole(rng.normal(size=3), rng.normal(size=(3, MOTIONS)), 1e2 * rng.normal(size=(n, 3)))
     prior = believed(surface, 0.05)
-    group = weighed(samples, prior, NOISE_PX, 4.0)
+    group = weighed(samples, prior, Noise.white(NOISE_PX), 4.0)
     found = eliminated([group], prior, whole)
 
     rows = np.vstack([group.J.toarray(), prior.rows.toarray(), -(prior.basis.T @ whole.by_corner).T])
@@ -32,6 +32,40 @@ def test_elimination_gives_the_step_of_the_dense_equations() -> None:
     np.testing.assert_allclose(step, dense[-MOTIONS:], rtol=1e-6)
     np.testing.assert_allclose(found.corners(step).ravel(), prior.basis @ dense[:-MOTIONS], rtol=1e-5, atol=1e-10)
     np.testing.assert_allclose(np.linalg.inv(found.H), np.linalg.inv(A.T @ A)[-MOTIONS:, -MOTIONS:], rtol=1e-5)
+
+
+def test_more_parameters_of_the_motions_are_as_if_they_had_been_there() -> None:
+    """Of two groups; those of the second are moved by two more parameters, from the fourth place on."""
+    rng = np.random.default_rng(8)
+    surface = Surface(sphere(2), np.zeros(3), 3e-3 * sphere(2).directions)
+    prior = believed(surface, 0.05)
+
+    def samples(by_motion: np.ndarray) -> Samples:
+        return Samples(gaps[len(by_motion)], np.array([0, len(by_motion)]), corners[len(by_motion)], by_motion)
+
+    gaps = {count: 0.1 * rng.normal(size=count) for count in (200, ROWS)}
+    corners = {count: by_corner(surface.sphere, count, rng) for count in gaps}
+    first, second, more = rng.normal(size=(200, 2)), rng.normal(size=(ROWS, MOTIONS - 1)), rng.normal(size=(ROWS, 2))
+    whole = Whole(rng.normal(size=3), rng.normal(size=(3, 5)), 1e2 * rng.normal(size=(surface.vertices.size, 3)))
+    few = [
+        weighed(samples(first), prior, Noise.white(NOISE_PX), 4.0, np.array([3, 4])),
+        weighed(samples(second), prior, Noise.white(NOISE_PX), 4.0, np.arange(3)),
+    ]
+    columns = few[1].weight[:, None] * more
+    found, found_whole = with_columns(eliminated(few, prior, whole), whole, [columns], 3)
+
+    every = [
+        weighed(samples(first), prior, Noise.white(NOISE_PX), 4.0, np.array([5, 6])),
+        weighed(samples(np.column_stack([second, more])), prior, Noise.white(NOISE_PX), 4.0, np.arange(5)),
+    ]
+    padded = Whole(whole.residual, np.insert(whole.by_motion, [3, 3], 0.0, axis=1), whole.by_corner)
+    told = eliminated(every, prior, padded)
+    for name in ("H", "g", "half"):
+        np.testing.assert_allclose(getattr(found, name), getattr(told, name), rtol=1e-9, atol=1e-9 * np.abs(getattr(told, name)).max())
+    np.testing.assert_array_equal(found_whole.by_motion, padded.by_motion)
+    for group, of in zip(found.groups, told.groups, strict=True):
+        np.testing.assert_array_equal(group.place, of.place)
+        np.testing.assert_allclose(group.F, of.F)
 
 
 def test_residuals_alike_over_neighbours_count_as_fewer() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimator.surface import surface_scale
-from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
+from estimator.surface.arrow import Eliminated, Noise, Whole, eliminated, weighed
 from estimator.surface.evenness import believed
 from estimator.surface.samples import Samples
 from estimator.surface.star_surface import Surface, sphere
@@ -45,7 +45,7 @@ def equations() -> tuple[Eliminated, Whole]:
     )
     whole = Whole(rng.normal(size=3), rng.normal(size=(3, MOTIONS)), 1e2 * rng.normal(size=(n, 3)))
     prior = believed(surface, 0.05)
-    groups = [weighed(views, prior, 0.2, 4.0), weighed(frames, prior, 0.2, 4.0)]
+    groups = [weighed(views, prior, Noise.white(0.2), 4.0), weighed(frames, prior, Noise.white(0.2), 4.0)]
     return eliminated(groups, prior, whole), whole
 
 
