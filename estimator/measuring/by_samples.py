@@ -21,7 +21,7 @@ from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 from estimator.search.rival_flights import few_views
 from estimator.surface.calibration import calibration_share_of
 from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
-from estimator.surface.told import surface_sentence, surface_statistics
+from estimator.surface.told import is_noisy, surface_sentence, surface_statistics
 
 OF_TANGENTS = "the estimate is that of tangents."
 
@@ -56,7 +56,9 @@ def on_all_samples(
 ) -> BySamples[M]:
     """The motion fitted once more, to every outline sample and with the surface as an unknown; ``facts``: what else is known of it.
 
-    None where the tangents that ``led`` there do not fit, or where no surface is found.
+    None where the tangents that ``led`` there do not fit, or where no surface is found. What a motion lacks is alike along outlines and
+    from picture to picture, as noise may be, and a fit that finds how large noise is takes it for that. Tangents know beforehand how noisy
+    they are: where they show slow errors and the fit is noisy, they have the last word.
     """
     if led.noise.mean_square > MOST_MEAN_SQUARE:
         return BySamples()
@@ -66,20 +68,10 @@ def on_all_samples(
     except RanAway:
         return BySamples(why_not=f"The fit to all outline samples ran away; {OF_TANGENTS}")
     missed = surface_sentence(joint) if joint.settled else "The fit to all outline samples did not settle"
-    if missed:
-        return BySamples(why_not=f"{missed}; {OF_TANGENTS}")
-    return BySamples(joint, _tested(joint, misfit(led, facts)))
-
-
-def _tested(joint: JointFit[M], tangents: Misfit | None) -> Misfit | None:
-    """The test of a joint fit for slow errors, or that of the ``tangents`` that led there where these alone show some.
-
-    What a motion lacks is alike along outlines and from picture to picture, as noise may be, and a fit that finds how large noise is may
-    take it for that. Tangents know beforehand how noisy they are.
-    """
-    tested = joint.misfit
-    shown = tangents is not None and tangents.slowly_off and (tested is None or not tested.slowly_off)
-    return tangents if shown else tested
+    tangents = misfit(led, facts)
+    if not missed and is_noisy(joint) and tangents is not None and tangents.slowly_off:
+        missed = "The fit to all outline samples takes for noise what tangents do not fit"
+    return BySamples(why_not=f"{missed}; {OF_TANGENTS}") if missed else BySamples(joint, joint.misfit)
 
 
 def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:

@@ -8,6 +8,9 @@ from estimator.fitting.problem import M
 from estimator.motion.flight import Motion
 from estimator.surface.joint import JointFit
 
+SWALLOWED = 1.5
+"""Effective noise of pictures over the outlines' own from which a fit may have taken for noise what a motion lacks, by judgement: trial
+runs in which nothing was missing had 1.0 to 1.3."""
 RAN_AWAY = 100.0
 """Effective noise over the outlines' own from which a surface has left them, so that how far is no measurement, by judgement: misplaced
 views are missed by up to 18 times, outlines of diamonds, which are alike from picture to picture, by 20, those that a fit left by 850 and
@@ -29,6 +32,12 @@ def surface_statistics(joint: JointFit[Motion]) -> dict[str, Any]:
         "view_shift_px": joint.shift_sd_px,
         "settled": joint.settled,
     }
+
+
+def is_noisy(joint: JointFit[M]) -> bool:
+    """Whether the noise that was found of pictures is more than theirs."""
+    of_pictures = zip(joint.noise_px[1:], joint.outline_noise_px[1:], strict=True)
+    return any(noise_px > SWALLOWED * own_px for noise_px, own_px in of_pictures)
 
 
 def surface_sentence(joint: JointFit[Motion]) -> str:
