@@ -58,31 +58,31 @@ class OfPictures:
         """By how much samples that are ``moved`` (m, ...) move the poses (n, 6, ...) of their pictures, in standard deviations."""
         return np.asarray(np.einsum("nab,nb...->na...", self._roots[0], np.array([F.T @ moved[part] for part, F in self._rows])))
 
-    def _base(self, columns: Array) -> Array:
-        """An orthonormal base (n, 6, q) of what ``columns`` (m, k) of the samples move poses by."""
+    def base(self, columns: Float[NDArray[np.float64], "m k"]) -> Float[NDArray[np.float64], "n 6 q"]:
+        """An orthonormal base of what parameters that move samples by ``columns`` move poses by, in standard deviations."""
         off = self._off(columns)
         flat = off.reshape(-1, off.shape[-1])
         size = np.linalg.norm(flat, axis=0)
         vector, value, _ = np.linalg.svd(flat[:, size > 0.0] / size[size > 0.0], full_matrices=False)
-        return vector[:, value > SEEN * value.max(initial=0.0)].reshape(*off.shape[:2], -1)
+        return np.asarray(vector[:, value > SEEN * value.max(initial=0.0)].reshape(*off.shape[:2], -1))
 
-    def repeats(self, left: Float[NDArray[np.float64], " m"], columns: Float[NDArray[np.float64], "m k"]) -> float:
-        """Over how many pictures noise is alike, one at least, by what is ``left`` of samples.
-
-        ``columns``: by how much the parameters that were fitted move them.
-        """
+    def repeats(self, left: Float[NDArray[np.float64], " m"], base: Float[NDArray[np.float64], "n 6 q"]) -> float:
+        """Over how many pictures noise is alike, one at least, by what is ``left`` of samples; ``base`` of what was fitted."""
         if len(self._rows) < LAGS or not np.isfinite(left).all():
             return 1.0
-        off, base = self._off(left), self._base(columns)
+        off = self._off(left)
         noise = likeness_of(_products(off - _within(base, off)), _expected(base, self._roots[1]))
         return 1.0 if noise is None else max(noise.repeats, 1.0)
 
     def beside(
-        self, left: Float[NDArray[np.float64], " m"], columns: Float[NDArray[np.float64], "m k"], more: Float[NDArray[np.float64], "m q"]
+        self,
+        left: Float[NDArray[np.float64], " m"],
+        fitted: Float[NDArray[np.float64], "n 6 q"],
+        every: Float[NDArray[np.float64], "n 6 r"],
     ) -> Array:
-        """What is ``left`` (m,) less what poses are off by as ``more`` move samples, beside ``columns`` of what was fitted."""
+        """What is ``left`` (m,) less what poses are off by within a base of ``every`` parameter, beside that of those ``fitted``."""
         off = self._off(left)
-        taken = _within(self._base(np.column_stack([columns, more])), off) - _within(self._base(columns), off)
+        taken = _within(every, off) - _within(fitted, off)
         beside = left.copy()
         for (part, F), pose in zip(self._rows, np.einsum("nab,na->nb", self._roots[0], taken), strict=True):
             beside[part] -= F @ pose

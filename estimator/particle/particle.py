@@ -127,7 +127,7 @@ class Particle:
         return (
             f"the calibrated views disagree with one another by {among.rms_px:.2f} px RMS, and the noise of their outlines explains "
             f"{among.expected_px:.2f} px: each is misplaced by about {among.calibration_px:.2f} px, by its calibration or by light that "
-            f"leaks through the particle, which the uncertainties contain. They disagree most with {', '.join(worst)}: look at these "
+            f"leaks through the particle, which the uncertainties contain. They disagree most with {', '.join(worst)}: inspect these "
             "pictures, and check the calibration."
         )
 

@@ -198,10 +198,11 @@ def _noise_of(left: Array, group: Weighed, taken: float) -> Noise:
     Slow errors of poses are no noise. ``taken``: how many samples the surface takes up.
     """
     repeats = 1.0
-    if group.pictures is not None:
+    if group.pictures is not None and len(left):
         F = filled(group.F)
-        left = group.pictures.beside(left, F, group.slow)
-        repeats = group.pictures.repeats(left, np.column_stack([F, group.slow]))
+        fitted, every = (group.pictures.base(columns) for columns in (F, np.column_stack([F, group.slow])))
+        left = group.pictures.beside(left, fitted, every)
+        repeats = group.pictures.repeats(left, every)
     size = np.sqrt(left @ left / max(len(left) - taken, 1.0))
     outline_px = group.noise.px * float(size * np.sqrt(_alike(left, group.samples.starts)))
     return Noise(outline_px * float(np.sqrt(repeats)), outline_px)

@@ -151,7 +151,7 @@ def _shift_and_level(
     """Shift of every point (px) and how far its level is off one, by the ``rest`` of its profile; variance (n,) of shifts in noise of one.
 
     ``parts``: by how much a profile changes with either. Last, the share of the scatter of levels that is no noise. What all levels have
-    in common is none of a place: a blur that is not Gaussian looks like that.
+    in common is none of a place: a blur that is not Gaussian does that.
     """
     H, g = np.einsum("nki,nkj->nij", parts, parts), np.einsum("nki,nk->ni", parts, rest)
     H += _LEAST_POWER * np.eye(2)

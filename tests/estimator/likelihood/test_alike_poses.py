@@ -32,7 +32,8 @@ def moved_by(pictures: OfPictures, poses: np.ndarray) -> np.ndarray:
 def test_white_noise_is_alike_over_one_picture() -> None:
     rng = np.random.default_rng(4)
     pictures, columns = made(rng)
-    found = [pictures.repeats(rng.normal(size=len(columns)), columns) for _ in range(20)]
+    base = pictures.base(columns)
+    found = [pictures.repeats(rng.normal(size=len(columns)), base) for _ in range(20)]
     assert 1.0 <= np.mean(found) < 1.15
 
 
@@ -43,7 +44,7 @@ def test_errors_that_come_back_count_as_often(fading: float, size: float) -> Non
     pictures, columns = made(rng)
     for _ in range(12):
         drawn = lfilter([size * np.sqrt(1.0 - fading**2)], [1.0, -fading], rng.normal(size=(PICTURES + 200, 6)), axis=0)[200:]
-        found.append(pictures.repeats(rng.normal(size=len(columns)) + moved_by(pictures, drawn), columns))
+        found.append(pictures.repeats(rng.normal(size=len(columns)) + moved_by(pictures, drawn), pictures.base(columns)))
     share = size**2 / (1.0 + size**2)
     assert np.median(found) == pytest.approx(1.0 + 2.0 * share * fading / (1.0 - fading), rel=0.3)
 
@@ -58,10 +59,11 @@ def test_what_a_motion_lacks_is_taken_off_segment_by_segment(segments: int) -> N
     slow = of_time(pictures.by_pose, basis)
     left = rng.normal(size=len(columns)) + slow @ (2.0 * rng.normal(size=slow.shape[1]))
     left -= columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
-    assert pictures.repeats(left, columns) > 3.0
-    beside = pictures.beside(left, columns, slow)
+    fitted, every = pictures.base(columns), pictures.base(np.column_stack([columns, slow]))
+    assert pictures.repeats(left, fitted) > 3.0
+    beside = pictures.beside(left, fitted, every)
     assert np.std(beside) == pytest.approx(1.0, abs=0.03)
-    assert pictures.repeats(beside, np.column_stack([columns, slow])) < 1.3
+    assert pictures.repeats(beside, every) < 1.3
 
 
 def test_what_the_motion_takes_up_elsewhere_stays_in_what_is_left() -> None:
@@ -69,9 +71,8 @@ def test_what_the_motion_takes_up_elsewhere_stays_in_what_is_left() -> None:
     rng = np.random.default_rng(8)
     pictures, columns = made(rng)
     left = rng.normal(size=len(columns)) + columns @ np.full(columns.shape[1], 3.0)
-    np.testing.assert_allclose(
-        pictures.beside(left, columns, of_time(pictures.by_pose, AT[:, None] ** 2)) @ columns, left @ columns, rtol=1e-6
-    )
+    every = np.column_stack([columns, of_time(pictures.by_pose, AT[:, None] ** 2)])
+    np.testing.assert_allclose(pictures.beside(left, pictures.base(columns), pictures.base(every)) @ columns, left @ columns, rtol=1e-6)
 
 
 def test_directions_that_no_sample_sees_and_pictures_without_samples_say_nothing() -> None:
@@ -80,7 +81,8 @@ def test_directions_that_no_sample_sees_and_pictures_without_samples_say_nothing
     by_pose = pictures.by_pose.copy()
     by_pose[:, 5] = 0.0
     left = rng.normal(size=len(columns))
-    assert 1.0 <= OfPictures(by_pose, np.append(STARTS, STARTS[-1])).repeats(left, columns) < 1.3
-    assert OfPictures(by_pose[:0], np.zeros(3, dtype=np.int64)).repeats(left[:0], columns[:0]) == 1.0
+    blind = OfPictures(by_pose, np.append(STARTS, STARTS[-1]))
+    assert 1.0 <= blind.repeats(left, blind.base(columns)) < 1.3
+    assert OfPictures(by_pose[:0], np.zeros(3, dtype=np.int64)).repeats(left[:0], np.zeros((0, 6, 0))) == 1.0
     left[3] = np.nan
-    assert pictures.repeats(left, columns) == 1.0
+    assert pictures.repeats(left, pictures.base(columns)) == 1.0
