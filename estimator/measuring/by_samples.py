@@ -1,15 +1,14 @@
 """The last fit of one particle's motion: once more to every outline sample, from where tangents led and with the surface as an unknown."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Generic
+from dataclasses import replace
 
 from datasets.estimate import Estimate
 from datasets.observation import Observation
 from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.configuration import ALWAYS, Configuration
 from estimator.data.fit_task import FitTask
-from estimator.fitting.adequacy import Misfit, misfit
+from estimator.fitting.adequacy import misfit
 from estimator.fitting.calibration_share import CalibrationShare, calibration_share
 from estimator.fitting.problem import Fact, M
 from estimator.fitting.refinement import Refined
@@ -24,15 +23,6 @@ from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
 from estimator.surface.told import is_noisy, surface_sentence, surface_statistics
 
 OF_TANGENTS = "the estimate is that of tangents."
-
-
-@dataclass(frozen=True)
-class BySamples(Generic[M]):
-    """A fit to all samples with its test for slow errors, or ``why_not``, in words; empty where there is nothing to say of that."""
-
-    joint: JointFit[M] | None = None
-    tested: Misfit | None = None
-    why_not: str = ""
 
 
 def left_out(configuration: Configuration) -> str | None:
@@ -53,25 +43,29 @@ def left_out_beside_contacts(particle: Particle, configuration: Configuration) -
 
 def on_all_samples(
     led: Refined[M], task: FitTask, particle: Particle, configuration: Configuration, facts: Sequence[Fact[M]] = ()
-) -> BySamples[M]:
+) -> tuple[JointFit[M] | None, str]:
     """The motion fitted once more, to every outline sample and with the surface as an unknown; ``facts``: what else is known of it.
 
-    None where the tangents that ``led`` there do not fit, or where no surface is found. What a motion lacks is alike along outlines and
-    from picture to picture, as noise may be, and a fit that finds how large noise is takes it for that. Tangents know beforehand how noisy
-    they are: where they show slow errors and the fit is noisy, they have the last word.
+    ``None`` where the tangents that ``led`` there do not fit, or where no surface is found, and what to say of that. What a motion lacks is
+    alike along outlines and from picture to picture, as noise may be, and a fit that finds how large noise is takes it for that. Tangents
+    know beforehand how noisy they are: where they show slow errors and the fit is noisy, they have the last word.
     """
     if led.noise.mean_square > MOST_MEAN_SQUARE:
-        return BySamples()
+        return None, ""
     huber, seed = configuration.huber, configuration.seed
     try:
         joint = joint_fit(particle, task.sightings, led.flight, beside_the_surface(task.prior, facts), huber=huber, seed=seed)
     except RanAway:
-        return BySamples(why_not=f"The fit to all outline samples ran away; {OF_TANGENTS}")
+        return None, f"The fit to all outline samples ran away; {OF_TANGENTS}"
     missed = surface_sentence(joint) if joint.settled else "The fit to all outline samples did not settle"
-    tangents = misfit(led, facts)
-    if not missed and is_noisy(joint) and tangents is not None and tangents.slowly_off:
+    if not missed and is_noisy(joint) and _shows_slow_errors(led, facts):
         missed = "The fit to all outline samples takes for noise what tangents do not fit"
-    return BySamples(why_not=f"{missed}; {OF_TANGENTS}") if missed else BySamples(joint, joint.misfit)
+    return (None, f"{missed}; {OF_TANGENTS}") if missed else (joint, "")
+
+
+def _shows_slow_errors(led: Refined[M], facts: Sequence[Fact[M]]) -> bool:
+    tangents = misfit(led, facts)
+    return tangents is not None and tangents.slowly_off
 
 
 def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:

@@ -16,7 +16,7 @@ from estimator.fitting.adequacy import misfit, widened
 from estimator.fitting.refinement import Refined
 from estimator.fitting.tasks import biased_task, fit_task, refined_flight
 from estimator.impacts.chains import Seen
-from estimator.measuring.by_samples import BySamples, left_out, on_all_samples, share_of, with_joint, with_surface
+from estimator.measuring.by_samples import left_out, on_all_samples, share_of, with_joint, with_surface
 from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.sightings import pictures_of, tracks_of, usable_sightings
@@ -34,6 +34,7 @@ from estimator.search.candidate_flights import (
 )
 from estimator.search.clock_alignment import aligned, unknown_clocks, with_clocks
 from estimator.search.rival_flights import few_views, standing
+from estimator.surface.joint import slow_misfit
 
 Array = NDArray[np.float64]
 
@@ -83,22 +84,20 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     ranked = standing(searched, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
     flight = with_clocks(task, ranked.flights[0].state, unknown_clocks(observation))
     refined: Refined[Motion]
-    by_samples = BySamples[Motion]()
+    joint, why_not = None, ""
     known, said = configuration.focal_prior == 0.0, left_out(configuration)
     if said is None:
         refined = refined_flight(task, flight, configuration)
-        by_samples = on_all_samples(refined, task, particle, configuration)
-    joint, tested = by_samples.joint, by_samples.tested
+        joint, why_not = on_all_samples(refined, task, particle, configuration)
     if joint is None:
         task = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
         refined = refined_flight(task, flight, configuration)
     else:
         refined = with_joint(refined, joint)
     status, message = judge(without_the_same(searched, ranked, refined, configuration), refined)
-    if joint is None and known:
-        tested = misfit(refined)
+    tested = slow_misfit(joint) if joint is not None else misfit(refined) if known else None
     outcome = (status, message, tested)
     refined = widened(refined, tested)
     share = share_of(refined, joint, task, observation) if known else None
     told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
-    return with_surface(told, joint, by_samples.why_not, said=said)
+    return with_surface(told, joint, why_not, said=said)

@@ -233,11 +233,11 @@ def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Ch
         lasting = PairFlight(with_lasting_contacts(pair.first), with_lasting_contacts(pair.second))
         led = solve(parts_of(ready, lasting), lasting, settings)
         of_each = zip(led.parts, tasks, seen.both, strict=True)
-        first, second = (on_all_samples(part, task, one.particle, configuration) for part, task, one in of_each)
-        if first.joint is not None and second.joint is not None:
-            joints = (first.joint, second.joint)
+        (first, why), (second, or_why) = (on_all_samples(part, task, one.particle, configuration) for part, task, one in of_each)
+        if first is not None and second is not None:
+            joints = (first, second)
             return Fitted(bound_together(joints, led), bound_together(joints, led, facts), hulls, joints)
-        why_not = first.why_not or second.why_not
+        why_not = why or or_why
     free = solve(parts_of(ready, pair), pair, settings)
     return Fitted(free, solve(parts_of(ready, pair), free.state, settings, facts), hulls, why_not=why_not)
 

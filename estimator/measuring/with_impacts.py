@@ -38,7 +38,7 @@ from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.plate_edge import edge_sentence
 from estimator.impacts.plate_gap import plate_gaps
 from estimator.impacts.plate_holding import plate_task
-from estimator.measuring.by_samples import BySamples, left_out_beside_contacts, on_all_samples, share_of, with_joint, with_surface
+from estimator.measuring.by_samples import left_out_beside_contacts, on_all_samples, share_of, with_joint, with_surface
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 from estimator.reports.impact_reporting import impacts_estimate
@@ -46,6 +46,7 @@ from estimator.reports.misfit_words import adequacy_statistics, misfit_remark
 from estimator.reports.reporting import empty_estimate
 from estimator.reports.verdict import failed
 from estimator.search.candidate_flights import same_flight
+from estimator.surface.joint import JointFit, slow_misfit
 
 Array = NDArray[np.float64]
 
@@ -73,13 +74,15 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     said = left_out_beside_contacts(seen.particle, configuration)
     if plate is not None:
         told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, plate))
-    by_samples = BySamples[PiecewiseFlight]()
+    joint, why_not = None, ""
     if said is None and not told.widened:
-        refined, by_samples = _by_samples(seen, task, told.refined, configuration, plate)
+        refined, joint, why_not = _by_samples(seen, task, told.refined, configuration, plate)
         told = replace(told, refined=refined)
-    joint = by_samples.joint
     status, message = judge_chain(chains, told.refined, configuration)
-    tested = misfit(told.refined, facts_of(plate, task)) if joint is None else by_samples.tested
+    if joint is not None:
+        tested = slow_misfit(joint)
+    else:
+        tested = misfit(told.refined, facts_of(plate, task))
     missed = misfit_remark(tested) if tested is not None and status is not Status.NO_CONVERGENCE else ""
     outcome = (status, " ".join(filter(None, [message, *contact_sentences(told, frame_interval_s(seen)), missed])))
     refined = widened(told.refined, tested)
@@ -87,19 +90,19 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     estimate = impacts_estimate(seen, chains[0].found, refined, outcome, configuration=configuration, plate=plate, share=share)
     statistics = {**estimate.statistics, **adequacy_statistics(tested), "impacts": [dict(vars(s)) for s in told.spreads]}
     estimate = _unless_broken(replace(estimate, statistics=statistics), seen.observation.clock.times_s)
-    return with_surface(estimate, joint, by_samples.why_not, said=said)
+    return with_surface(estimate, joint, why_not, said=said)
 
 
 def _by_samples(
     seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration, plate: PlateTask | None
-) -> tuple[PiecewiseRefined, BySamples[PiecewiseFlight]]:
-    """The flight by all samples with impacts that last; as tangents have it where that comes to nothing."""
+) -> tuple[PiecewiseRefined, JointFit[PiecewiseFlight] | None, str]:
+    """The flight by all samples with impacts that last; as tangents have it where that comes to nothing, and what to say then."""
     try:
         led = refined_chain(seen, task, with_lasting_contacts(refined.flight), configuration, plate)
     except RanAway:
-        return refined, BySamples()
-    found = on_all_samples(led, task, seen.particle, configuration, facts_of(plate, task))
-    return (refined if found.joint is None else with_joint(led, found.joint)), found
+        return refined, None, ""
+    joint, why_not = on_all_samples(led, task, seen.particle, configuration, facts_of(plate, task))
+    return (refined, None, why_not) if joint is None else (with_joint(led, joint), joint, "")
 
 
 def _unless_broken(estimate: Estimate, times_s: Array) -> Estimate:

@@ -7,7 +7,6 @@ model. Samples of views bear on the surface alone, those of frames on both; corn
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
@@ -288,11 +287,6 @@ class JointFit(Generic[M_co]):
     last: Last
     views: ShiftedViews
     shift_sd_px: float
-
-    @cached_property
-    def misfit(self) -> Misfit | None:
-        """Whether slow errors of the poses are left."""
-        return slow_misfit(self)
 
 
 def joint_fit(
