@@ -71,7 +71,7 @@ def _measured(seen: Seen, configuration: Configuration) -> Estimate:
     if not _doubtful(whole):
         return whole
     spin = None if whole.middle is None else float(np.linalg.norm(whole.middle.omega_world))
-    resting = resting_sentence(seen, nominated[-1] if nominated else [], spin)
+    resting = resting_sentence(seen, nominated[-1] if nominated else [], np.random.default_rng(configuration.seed), spin)
     if resting is not None:
         return without_numbers(whole, Status.RESTING, resting)
     if pieces is None or whole.status is not Status.NO_CONVERGENCE:

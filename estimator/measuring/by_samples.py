@@ -20,7 +20,7 @@ from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 from estimator.search.rival_flights import few_views
 from estimator.surface.calibration import calibration_share_of
 from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
-from estimator.surface.told import is_noisy, surface_sentence, surface_statistics
+from estimator.surface.told import is_noisy, noisy_sentence, surface_sentence, surface_statistics
 
 OF_TANGENTS = "the estimate is that of tangents."
 
@@ -46,7 +46,7 @@ def on_all_samples(
 ) -> tuple[JointFit[M] | None, str]:
     """The motion fitted once more, to every outline sample and with the surface as an unknown; ``facts``: what else is known of it.
 
-    ``None`` where the tangents that ``led`` there do not fit, or where no surface is found, and what to say of that. What a motion lacks is
+    ``None`` where the tangents that ``led`` there do not fit, or where no surface is found, and what to remark. What a motion lacks is
     alike along outlines and from picture to picture, as noise may be, and a fit that finds how large noise is takes it for that. Tangents
     know beforehand how noisy they are: where they show slow errors and the fit is noisy, they have the last word.
     """
@@ -60,7 +60,7 @@ def on_all_samples(
     missed = surface_sentence(joint) if joint.settled else "The fit to all outline samples did not settle"
     if not missed and is_noisy(joint) and _shows_slow_errors(led, facts):
         missed = "The fit to all outline samples takes for noise what tangents do not fit"
-    return (None, f"{missed}; {OF_TANGENTS}") if missed else (joint, "")
+    return (None, f"{missed}; {OF_TANGENTS}") if missed else (joint, noisy_sentence(joint))
 
 
 def _shows_slow_errors(led: Refined[M], facts: Sequence[Fact[M]]) -> bool:
@@ -81,10 +81,10 @@ def share_of(refined: Refined[M], joint: JointFit[M] | None, task: FitTask, stat
     return calibration_share_of(joint, task, stated)
 
 
-def with_surface(estimate: Estimate, joint: JointFit[Motion] | None, why_not: str, *, said: str | None = None) -> Estimate:
-    """The estimate with what the fit says of its surface, or why there is none; ``said``: why it was :func:`left_out`."""
+def with_surface(estimate: Estimate, joint: JointFit[Motion] | None, remark: str, *, said: str | None = None) -> Estimate:
+    """The estimate with what the fit says of its surface, and what is to ``remark`` of it; ``said``: why it was :func:`left_out`."""
+    estimate = replace(estimate, message=" ".join(part for part in (estimate.message, remark) if part))
     if joint is None:
-        statistics = {**estimate.statistics, "surface_left_out": said} if said else estimate.statistics
-        return replace(estimate, message=" ".join(part for part in (estimate.message, why_not) if part), statistics=statistics)
+        return replace(estimate, statistics={**estimate.statistics, "surface_left_out": said}) if said else estimate
     surface = SurfaceMesh(joint.surface.vertices, joint.surface.sphere.mesh.faces)
     return replace(estimate, statistics={**estimate.statistics, "surface": surface_statistics(joint)}, surface=surface)

@@ -84,11 +84,11 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     ranked = standing(searched, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
     flight = with_clocks(task, ranked.flights[0].state, unknown_clocks(observation))
     refined: Refined[Motion]
-    joint, why_not = None, ""
+    joint, remark = None, ""
     known, said = configuration.focal_prior == 0.0, left_out(configuration)
     if said is None:
         refined = refined_flight(task, flight, configuration)
-        joint, why_not = on_all_samples(refined, task, particle, configuration)
+        joint, remark = on_all_samples(refined, task, particle, configuration)
     if joint is None:
         task = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
         refined = refined_flight(task, flight, configuration)
@@ -100,4 +100,4 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     refined = widened(refined, tested)
     share = share_of(refined, joint, task, observation) if known else None
     told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
-    return with_surface(told, joint, why_not, said=said)
+    return with_surface(told, joint, remark, said=said)

@@ -1,9 +1,9 @@
 """What is likely wrong with the input where no flight fits: each of a few usual mistakes is taken back and the fit tried again.
 
-Gravity's sign, pixels counted upwards, time stamps in ms or µs instead of s; mistakes in the calibrated views show before any fit
-(:mod:`estimator.particle.view_faults`). A correction is only *named*, never applied: it is named where without it no flight fits, and with
-it a quick fit converges whose residuals are noise (:mod:`estimator.fitting.adequacy`). Where two do, it is the one under which a surface
-meets all outline samples best: seen from far away, tangents hardly tell a body from its mirror image.
+Gravity's sign, pixels counted upwards or mirrored, time stamps in ms or µs instead of s; mistakes in the calibrated views show before any
+fit (:mod:`estimator.particle.view_faults`). A correction is only *named*, never applied: it is named where without it residuals are no
+noise, and with it a quick fit converges whose residuals are (:mod:`estimator.fitting.adequacy`). Where several do, it is the one under
+which a surface meets all outline samples best: seen from far away, tangents hardly tell a body from its mirror image.
 """
 
 from collections.abc import Callable
@@ -13,11 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.estimate import Estimate, Status
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.outline import Outline
 from estimator.data.configuration import Configuration
 from estimator.impacts.chains import Seen
 from estimator.measuring.free_flight import estimate_free_flight
-from estimator.outlines.result import FrameOutline, OutlineTrack
-from estimator.particle.view_faults import upside_down
+from estimator.outlines.result import OutlineTrack
+from estimator.particle.view_faults import mirrored, upside_down
+from estimator.surface.told import SWALLOWED
 
 Array = NDArray[np.float64]
 GROSS = (Status.NO_CONVERGENCE, Status.RESTING)
@@ -39,13 +42,20 @@ def _gravity(seen: Seen) -> Seen:
 
 
 def _upwards(seen: Seen) -> Seen:
-    heights = [camera.intrinsics.height_px for camera in seen.observation.cameras]
-    turned = (OutlineTrack(tuple(_turned_over(f, height) for f in t.frames)) for t, height in zip(seen.tracks, heights, strict=True))
-    return replace(seen, tracks=tuple(turned))
+    return _turned_over(seen, lambda outline, camera: upside_down(outline, camera.height_px))
 
 
-def _turned_over(frame: FrameOutline, height_px: int) -> FrameOutline:
-    return replace(frame, outline=upside_down(frame.outline, height_px), unsure=frame.unsure[::-1])
+def _mirrored(seen: Seen) -> Seen:
+    return _turned_over(seen, lambda outline, camera: mirrored(outline, camera.width_px))
+
+
+def _turned_over(seen: Seen, turn: Callable[[Outline, Intrinsics], Outline]) -> Seen:
+    """With every camera's outlines turned over, which turns their order round."""
+    tracks = (
+        OutlineTrack(tuple(replace(f, outline=turn(f.outline, camera.intrinsics), unsure=f.unsure[::-1]) for f in track.frames))
+        for track, camera in zip(seen.tracks, seen.observation.cameras, strict=True)
+    )
+    return replace(seen, tracks=tuple(tracks))
 
 
 def _times(factor: float) -> Callable[[Seen], Seen]:
@@ -59,6 +69,7 @@ def _times(factor: float) -> Callable[[Seen], Seen]:
 
 GRAVITY = Correction("gravity", "gravity is reversed: check the sign of gravity_world", _gravity)
 UPWARDS = Correction("image_y", "the rows of the high-speed camera's pictures are counted upwards: pixel y runs downwards", _upwards)
+MIRRORED = Correction("image_x", "the high-speed camera's pictures are mirrored: pixel x runs to the right", _mirrored)
 TIMES = tuple(
     (factor, Correction(key, f"times are {said}: time stamps are in seconds", _times(factor)))
     for factor, key, said in (
@@ -71,24 +82,28 @@ TIMES = tuple(
 
 def input_fault(seen: Seen, estimate: Estimate, configuration: Configuration) -> Correction | None:
     """The correction of the input with which the outlines fit where they do not without it; ``None`` where they do or none is found."""
-    tested = estimate.statistics.get("adequacy")
     gross = estimate.status in GROSS
-    if not gross and (tested is None or tested["adequate"]):
+    if not gross if "adequacy" not in estimate.statistics else _fits(estimate):
         return None
     quick = replace(configuration, trajectory_candidates=1, momentum_starts=0, focal_prior=0.0)
     fitting = []
-    for correction in (*(_of_times(seen.observation.clock.times_s) if gross else ()), GRAVITY, UPWARDS):
+    for correction in (*(_of_times(seen.observation.clock.times_s) if gross else ()), GRAVITY, UPWARDS, MIRRORED):
         tried = estimate_free_flight(correction.corrected(seen), quick)
-        if tried.status is Status.CONVERGED and tried.statistics.get("adequacy", {}).get("adequate", False):
-            fitting.append((_missed(tried), tried.statistics["noise_mean_square"], correction))
+        if tried.status is Status.CONVERGED and _fits(tried):
+            fitting.append((_missed(tried, default=np.inf), tried.statistics["noise_mean_square"], correction))
     return min(fitting, key=lambda each: each[:2])[2] if fitting else None
 
 
-def _missed(estimate: Estimate) -> float:
-    """Effective noise of the pictures' samples over the outlines' own, of the camera where it is most; infinite without a surface."""
+def _fits(estimate: Estimate) -> bool:
+    """Whether the residuals are noise: by their test, and no larger than that of the outlines where a surface meets their samples."""
+    return estimate.statistics.get("adequacy", {}).get("adequate", False) and _missed(estimate, default=1.0) <= SWALLOWED
+
+
+def _missed(estimate: Estimate, *, default: float) -> float:
+    """Effective noise of the pictures' samples over the outlines' own, of the camera where it is most; ``default`` without a surface."""
     told = estimate.statistics.get("surface")
     if told is None:
-        return float("inf")
+        return default
     return float(max(px / told["outline_noise_px"][group] for group, px in told["effective_noise_px"].items() if group != "views"))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.impacts.chains import Seen
-from estimator.impacts.impact_search import CentroidPath, Kink, centroid_path
+from estimator.impacts.impact_search import CentroidPath, Kink, centroid_path, wobble_of
 
 Array = NDArray[np.float64]
 LEAST_FRAMES = 12
@@ -24,19 +24,22 @@ MOST_SHARE = 0.5
 """Of gravity along itself: a particle that is held by something."""
 LEAST_SAG_PX, MOST_WOBBLE = 1.0, 4.0
 """What is missing of the distance that gravity would bend the path by: at least so many px, and times the wobble, to say anything."""
+BENT = np.pi**2 / 8.0
+"""By how much a wobble of half a turn in the recording bends the path, over its amplitude."""
 
 
-def resting_sentence(seen: Seen, kinks: list[Kink], omega_rads: float | None = None) -> str | None:
+def resting_sentence(seen: Seen, kinks: list[Kink], rng: np.random.Generator, omega_rads: float | None = None) -> str | None:
     """What to say of a particle that does not fall, or ``None`` where it does or nothing can be told.
 
-    ``omega_rads``: how fast it turns, where a fit says so.
+    ``rng`` of the orientations in which its outline's centre may miss that of mass; ``omega_rads``: how fast it turns, where a fit says so.
     """
     camera_number = int(np.argmax([int(t.used.sum()) for t in seen.tracks]))
     path = longest_stretch(centroid_path(seen.tracks[camera_number]), kinks)
     if len(path.frame) < LEAST_FRAMES:
         return None
     share, sag_px, wobble_px = fall(seen, path, camera_number)
-    if abs(share) > MOST_SHARE or (1.0 - share) * sag_px < max(LEAST_SAG_PX, MOST_WOBBLE * wobble_px):
+    bent_px = BENT * wobble_of(seen.particle, rng) * _pixels_per_metre(seen, camera_number)
+    if abs(share) > MOST_SHARE or (1.0 - share) * sag_px < max(LEAST_SAG_PX, MOST_WOBBLE * float(np.hypot(wobble_px, bent_px))):
         return None
     if omega_rads is not None and _flies(seen, path, camera_number, omega_rads):
         return None

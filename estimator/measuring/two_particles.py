@@ -237,7 +237,7 @@ def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Ch
         if first is not None and second is not None:
             joints = (first, second)
             return Fitted(bound_together(joints, led), bound_together(joints, led, facts), hulls, joints)
-        why_not = why or or_why
+        why_not = why if first is None else or_why
     free = solve(parts_of(ready, pair), pair, settings)
     return Fitted(free, solve(parts_of(ready, pair), free.state, settings, facts), hulls, why_not=why_not)
 

@@ -74,9 +74,9 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     said = left_out_beside_contacts(seen.particle, configuration)
     if plate is not None:
         told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, plate))
-    joint, why_not = None, ""
+    joint, remark = None, ""
     if said is None and not told.widened:
-        refined, joint, why_not = _by_samples(seen, task, told.refined, configuration, plate)
+        refined, joint, remark = _by_samples(seen, task, told.refined, configuration, plate)
         told = replace(told, refined=refined)
     status, message = judge_chain(chains, told.refined, configuration)
     if joint is not None:
@@ -90,19 +90,19 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     estimate = impacts_estimate(seen, chains[0].found, refined, outcome, configuration=configuration, plate=plate, share=share)
     statistics = {**estimate.statistics, **adequacy_statistics(tested), "impacts": [dict(vars(s)) for s in told.spreads]}
     estimate = _unless_broken(replace(estimate, statistics=statistics), seen.observation.clock.times_s)
-    return with_surface(estimate, joint, why_not, said=said)
+    return with_surface(estimate, joint, remark, said=said)
 
 
 def _by_samples(
     seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration, plate: PlateTask | None
 ) -> tuple[PiecewiseRefined, JointFit[PiecewiseFlight] | None, str]:
-    """The flight by all samples with impacts that last; as tangents have it where that comes to nothing, and what to say then."""
+    """The flight by all samples with impacts that last; as tangents have it where that comes to nothing, and what to remark."""
     try:
         led = refined_chain(seen, task, with_lasting_contacts(refined.flight), configuration, plate)
     except RanAway:
         return refined, None, ""
-    joint, why_not = on_all_samples(led, task, seen.particle, configuration, facts_of(plate, task))
-    return (refined, None, why_not) if joint is None else (with_joint(led, joint), joint, "")
+    joint, remark = on_all_samples(led, task, seen.particle, configuration, facts_of(plate, task))
+    return refined if joint is None else with_joint(led, joint), joint, remark
 
 
 def _unless_broken(estimate: Estimate, times_s: Array) -> Estimate:

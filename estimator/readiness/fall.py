@@ -15,13 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.spatial import ConvexHull
-from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.camera import HsvCamera
-from estimator.appearance.hull_outlines import hull_of
-from estimator.impacts.impact_search import polygon_moments
-from estimator.particle.particle import Particle
 from estimator.readiness.inspection import Inspection, parabola
 
 Array = NDArray[np.float64]
@@ -31,8 +26,6 @@ SLOWEST_MS = 0.2
 """Standard deviation of the motion in depth where hardly anything moves across the picture."""
 SEEN_MS2 = 1.0
 """Gravity across the picture that can be seen at all."""
-ORIENTATIONS = 30
-"""Drawn for the mean over all; it is known to a tenth then."""
 FEWEST = 10
 """Centres from which a parabola and its scatter can be told."""
 
@@ -78,13 +71,3 @@ def fall_of(inspection: Inspection, camera: HsvCamera, gravity_world: Array, *, 
     inverse = np.linalg.pinv(information / np.outer(scaled, scaled)) / np.outer(scaled, scaled)
     share, own = float(found.x[5]), float(np.sqrt(max(inverse[5, 5], 0.0)))
     return Fall(share, float(np.hypot(own, DEPTH_KNOWN * max(abs(share), 1.0))))
-
-
-def wobble_of(particle: Particle, rng: np.random.Generator) -> float:
-    """RMS distance (m), along an axis of the picture, of the centre of the particle's shadow from its centre of mass."""
-    corners, missed = hull_of(particle), []
-    for R in Rotation.random(ORIENTATIONS, rng=rng).as_matrix():
-        shadow = (corners @ R.T)[:, :2]
-        outline = shadow[ConvexHull(shadow).vertices]
-        missed.append(polygon_moments(outline)[1:])
-    return float(np.sqrt(np.mean(np.square(missed))))

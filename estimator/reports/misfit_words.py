@@ -63,5 +63,5 @@ def _missed(tested: Misfit) -> str:
     return (
         f"the model misses something ({p_words(tested.p)}): the residuals are not noise; most of all the "
         f"{AXES[tested.component]} is off by {size} RMS{where} in a way that changes slowly with time. "
-        f"What that moves the velocities by ({v:.2g} m/s, {omega:.2g} rad/s) is in their uncertainties."
+        f"What that moves the velocities by ({v:.2g} m/s, {omega:.2g} rad/s) is in their uncertainties; its cause may move them by more."
     )

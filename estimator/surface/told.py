@@ -36,8 +36,19 @@ def surface_statistics(joint: JointFit[Motion]) -> dict[str, Any]:
 
 def is_noisy(joint: JointFit[M]) -> bool:
     """Whether the noise that was found of pictures is more than theirs."""
-    of_pictures = zip(joint.noise_px[1:], joint.outline_noise_px[1:], strict=True)
-    return any(noise_px > SWALLOWED * own_px for noise_px, own_px in of_pictures)
+    return bool(_noisy(joint))
+
+
+def noisy_sentence(joint: JointFit[M]) -> str:
+    """Which pictures are missed by more than their outlines' own noise, in words; empty where none are."""
+    missed = [f"those of the {group} by {ratio:.1f} times their own noise" for group, ratio in _noisy(joint).items()]
+    return f"The surface misses outlines, {' and '.join(missed)}: the uncertainties contain that as noise." if missed else ""
+
+
+def _noisy(joint: JointFit[M]) -> dict[str, float]:
+    """Effective noise over the outlines' own of the pictures of each camera where it is more."""
+    of_pictures = zip(groups_of(joint)[1:], joint.noise_px[1:], joint.outline_noise_px[1:], strict=True)
+    return {group: noise_px / own_px for group, noise_px, own_px in of_pictures if noise_px > SWALLOWED * own_px}
 
 
 def surface_sentence(joint: JointFit[Motion]) -> str:

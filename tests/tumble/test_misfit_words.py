@@ -39,7 +39,7 @@ def test_a_misfit_is_said() -> None:
     assert next_steps(estimate)[0] == MISFIT_NEXT
     assert "misses something (p = 1.0e-09)" in remarks(estimate)[0]
     assert "path along y is off by 0.08 mm" in estimate.message
-    assert "moves the velocities by (0.005 m/s, 0 rad/s) is in their uncertainties" in estimate.message
+    assert "moves the velocities by (0.005 m/s, 0 rad/s) is in their uncertainties; its cause may move them by more" in estimate.message
 
 
 def test_after_impacts_the_impact_before_a_misfit_is_told() -> None:

@@ -8,11 +8,12 @@ import numpy as np
 from datasets.errors import InputError
 from datasets.observation import Observation
 from estimator.data.configuration import Configuration
+from estimator.impacts.impact_search import wobble_of
 from estimator.outlines.behind_plate import beside_plate
 from estimator.outlines.recording import view_outlines_of
 from estimator.outlines.result import OutlineTrack
 from estimator.particle.particle import Particle, particle_of
-from estimator.readiness import Fall, Inspection, Promise, depth_of, fall_of, promise_of, wobble_of
+from estimator.readiness import Fall, Inspection, Promise, depth_of, fall_of, promise_of
 from tumble.checking.findings import Finding
 from tumble.checking.table import Row
 

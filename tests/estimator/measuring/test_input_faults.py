@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.outline import Outline
 from estimator.data.configuration import Configuration
+from estimator.impacts.chains import Seen
 from estimator.measure import measure
-from estimator.measuring.input_faults import _of_times
+from estimator.measuring.input_faults import _of_times, input_fault
+from estimator.outlines.sightings import tracks_of
+from estimator.particle.observed import observed_particle
 from estimator.particle.view_faults import mirrored, upside_down, view_fault
 from synth.sequence import build_silhouette_sequence
 
@@ -42,6 +46,20 @@ def test_pictures_counted_upwards_are_named(sequence: Observation) -> None:
     turned = tuple(upside_down(o, height) for o in sequence.recordings[0])  # type: ignore[union-attr]
     estimate = measure(replace(sequence, recordings=(turned,)), Configuration())
     assert estimate.statistics["input_fault"] == "image_y"
+
+
+def test_mirrored_pictures_are_named(sequence: Observation) -> None:
+    width = sequence.cameras[0].intrinsics.width_px
+    turned = tuple(mirrored(o, width) for o in sequence.recordings[0])  # type: ignore[union-attr]
+    estimate = measure(replace(sequence, recordings=(turned,)), Configuration())
+    assert estimate.statistics["input_fault"] == "image_x"
+
+
+def test_nothing_is_wrong_with_outlines_that_fit_whatever_does_not_settle(sequence: Observation) -> None:
+    """As of a ball, whose turning about itself no outline shows."""
+    seen = Seen(sequence, tracks_of(sequence), observed_particle(sequence, Configuration()))
+    unsettled = Estimate("ball", Status.NO_CONVERGENCE, "the last refinement did not settle.", statistics={"adequacy": {"adequate": True}})
+    assert input_fault(seen, unsettled, Configuration()) is None
 
 
 def test_transposed_views_are_named(sequence: Observation) -> None:

@@ -12,12 +12,13 @@ from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, ParticleRecipe, R
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.outline import Outline
 from estimator.data.configuration import Configuration
+from estimator.impacts.impact_search import wobble_of
 from estimator.outlines.masks import outline_of_mask
 from estimator.outlines.pictures.occupancy import Departure, plain_occupancy
 from estimator.outlines.recording import outlines_of
 from estimator.outlines.standing import ghost_px
 from estimator.particle.particle import Particle, particle_of
-from estimator.readiness import Inspection, Promise, depth_of, fall_of, inspect_recording, promise_of, wobble_of
+from estimator.readiness import Inspection, Promise, depth_of, fall_of, inspect_recording, promise_of
 from synth.sequence import build_silhouette_sequence
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
