@@ -107,6 +107,13 @@ def test_times_that_are_no_numbers_are_refused(flight: Flight) -> None:
         states(flight, np.zeros((1, N_PARAMETERS)), np.array([flight.time_s, np.nan]))
 
 
+def test_a_spin_that_rows_cannot_follow_ran_away() -> None:
+    """Rows of a gyroscope are 10 ms apart: its steps would go on for minutes."""
+    begin = States(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]), np.zeros((1, 3)), np.array([[0.0, 5e4, 0.0]]))
+    with pytest.raises(RanAway, match="it spins with 50000 rad/s"):
+        propagate(begin, np.eye(3)[None], 0.01 * np.arange(50), start_time_s=0.0, acceleration=lambda _t, s, _w: np.zeros_like(s.x))
+
+
 def test_one_step_a_frame_is_enough(flight: Flight) -> None:
     fine = np.linspace(0.0, 0.025, 1001)
     coarse = states(flight, np.zeros((1, N_PARAMETERS)), TIMES)
