@@ -54,7 +54,7 @@ from tumble.reports.separation_words import advised
 from tumble.reports.verdict import EXPLAINED, NOTHING_MORE, PART_EXPLAINED, Verdict, far_off, verdict_of, verdict_of_explanation
 from tumble.reports.words import model_words, rms_word
 from tumble.result_files import estimate_path
-from tumble.told_models import in_place_values, models_told
+from tumble.told_models import in_place_values, likely_words, models_told, without_suspected
 from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, spoiled_words, unknown_entry, with_unknown
 from tumble.unseen import with_unseen
@@ -307,7 +307,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     steps, apart = _step_entries(explanation, campaign)
     axes = (*axes_words(campaign.observations, explanation.found), *gravity_words(campaign.observations, of))
     unnamed = beside_words(left_out(best, explanation.fit.model.keys))
-    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *unnamed, *models_told(explanation))
+    of_found = (*map(names_sentence, groups), *without_suspected(explanation, campaign), *axes, *scattered(explanation), *unnamed)
+    of_found = (*of_found, *models_told(explanation))
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *([] if contact is None else [contact.sentence])))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)
@@ -318,6 +319,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     floor = _below(_floor(explanation.campaign, explanation.fit), rest)
     sure = explanation.left.sure if explanation.left is not None else 1.0
     verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=sure)
+    verdict = replace(verdict, remarks=(*likely_words(explanation), *verdict.remarks))
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])

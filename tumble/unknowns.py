@@ -193,8 +193,8 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
         return [*said, _nearest_law(law, rms, unit)]
     values = ", ".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}".removesuffix(" 1") for v in law_values(law))
     said.append(
-        f"The simplest law for it is {law_words(law.terms)}: {law_formula(law.terms)} with {values}. It brings the {rms} to "
-        f"{law.removed.after.rms_px:.4f} {unit} ({law.removed.share:.0%} of the excess)."
+        f"The simplest law for it has {len(law_values(law))} numbers, {law_words(law.terms)}: {law_formula(law.terms)} with {values}. "
+        f"It brings the {rms} to {law.removed.after.rms_px:.4f} {unit} ({law.removed.share:.0%} of the excess)."
     )
     said += _exponents(law)
     others = [law_words([t.term for t in each.terms]) for each in law.law.alternatives[:MOST_OTHERS]]

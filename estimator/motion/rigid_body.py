@@ -20,8 +20,8 @@ MAX_TURN_RAD = 0.12
 FASTEST_RADS = 1e6
 """A spin above it is no flight of a particle that a camera can follow: a fit has gone astray, and its steps would have no end."""
 FOLLOWED_RAD, FEWEST_ROWS = 30.0, 30
-"""Turn from one row to the next, in the mean over all rows or so many, that is none that they follow: some five turns. A law of torques that
-is tried on 50 rows of a gyroscope went on for minutes, in steps of a spin that had run away."""
+"""Turn from one row to the next, in the mean over all rows or so many, that is none that they follow: some five turns. A law of torques
+that is tried on 50 rows of a gyroscope went on for minutes, in steps of a spin that had run away."""
 
 
 @dataclass(frozen=True)
