@@ -81,22 +81,22 @@ TIMES = tuple(
 
 
 def input_fault(seen: Seen, estimate: Estimate, configuration: Configuration) -> Correction | None:
-    """The correction of the input with which the outlines fit where they do not without it; ``None`` where they do or none is found."""
-    gross = estimate.status in GROSS
-    if not gross if "adequacy" not in estimate.statistics else _fits(estimate):
+    """The correction of the input with which the outlines fit where they do not without it; ``None`` where they do or none is found.
+
+    Where slow errors are none, but a surface misses the outlines, one must meet them better by as much as makes a fit a noisy one.
+    """
+    gross, missed = estimate.status in GROSS, _missed(estimate, default=1.0)
+    slowly_off = not estimate.statistics.get("adequacy", {"adequate": not gross})["adequate"]
+    if not slowly_off and missed <= SWALLOWED:
         return None
     quick = replace(configuration, trajectory_candidates=1, momentum_starts=0, focal_prior=0.0)
     fitting = []
     for correction in (*(_of_times(seen.observation.clock.times_s) if gross else ()), GRAVITY, UPWARDS, MIRRORED):
         tried = estimate_free_flight(correction.corrected(seen), quick)
-        if tried.status is Status.CONVERGED and _fits(tried):
-            fitting.append((_missed(tried, default=np.inf), tried.statistics["noise_mean_square"], correction))
+        adequate, left = tried.statistics.get("adequacy", {}).get("adequate", False), _missed(tried, default=np.inf)
+        if tried.status is Status.CONVERGED and adequate and (slowly_off or SWALLOWED * left <= missed):
+            fitting.append((left, tried.statistics["noise_mean_square"], correction))
     return min(fitting, key=lambda each: each[:2])[2] if fitting else None
-
-
-def _fits(estimate: Estimate) -> bool:
-    """Whether the residuals are noise: by their test, and no larger than that of the outlines where a surface meets their samples."""
-    return estimate.statistics.get("adequacy", {}).get("adequate", False) and _missed(estimate, default=1.0) <= SWALLOWED
 
 
 def _missed(estimate: Estimate, *, default: float) -> float:

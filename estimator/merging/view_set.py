@@ -16,7 +16,7 @@ from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.views import Views
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import Silhouettes, silhouettes
-from estimator.geometry.visual_hull import visual_hull
+from estimator.particle.view_faults import agreed_hull
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
@@ -78,7 +78,7 @@ def view_set(name: str, outlines: Sequence[Outline], views: Sequence[CalibratedV
     if not present:
         raise InputError(f"{name}: expected a view with a usable outline, got none")
     small = len(present) < MINIMUM_VIEWS
-    hull = NO_HULL if small else visual_hull(kept, posed, resolution=COARSE_RESOLUTION)
+    hull = NO_HULL if small else agreed_hull(kept, posed, resolution=COARSE_RESOLUTION)
     return ViewSet(
         name=name,
         outlines=tuple(kept),

@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,11 +15,13 @@ from datasets.observation import Frames, Observation
 from datasets.observation_files import frames_file, read_observation, write_observation
 from datasets.tiff_frames import TiffFrames, write_stack
 from estimator.data.configuration import Configuration
+from estimator.readiness.inspection import OddStep
 from scripts.benchmarks.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.browsing import opened, serious_findings
 from tests.tumble.small_drops import small_drop
 from tumble.checking import geometry
+from tumble.checking.findings import _steps
 from tumble.cli.main import main
 from tumble.reports import check_page
 from tumble.written_files import read_run
@@ -110,6 +113,11 @@ def test_a_lost_picture_is_named(good: Path, tmp_path: Path, capsys: pytest.Capt
     code, told = checked(spoiled(good, tmp_path / "lost", lambda pictures: [*pictures[:10], *pictures[11:]]), capsys)
     assert code == 1
     assert "between frames 9 and 10 the particle moved 2.0 times as far" in bad(told)
+
+
+def test_a_picture_that_is_there_twice_moves_by_nothing() -> None:
+    (told,) = _steps(SimpleNamespace(odd_steps=(OddStep(29, 30, -0.04),)))  # type: ignore[arg-type]
+    assert "the particle moved 0.0 times as far" in told.sentence
 
 
 @pytest.mark.usefixtures("quick")

@@ -22,6 +22,7 @@ from datasets.vocabulary.calibration import Calibration
 from datasets.vocabulary.camera import HsvCamera
 from estimator.data.configuration import Configuration
 from estimator.outlines.result import EMPTY
+from estimator.particle.view_faults import mirrored
 from scripts.trials.study_shape import Rendered, rendered
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
@@ -107,6 +108,7 @@ def test_masks_named_as_the_cameras_may_lack_one(stone: Path, drops: Path, capsy
     [
         (("{drops}/drop0.npz",), "expected --rig RIG once, or once for each of the 1 drops"),
         (("{drops}/drop0.npz", "--rig", "{drops}/drop1.npz"), "expected a rig as tumble calibrate rig writes it"),
+        (("{drops}/drop0.npz", "--rig", "{drops}/no rig"), "got no such folder or file"),
         (("{drops}/stone", "--rig", "{drops}/rig"), "expected no --rig where all drops are calibrated already"),
         (("{drops}/drop0.npz", "--rig", "{drops}/rig", "--mass", "-1"), "expected kilograms"),
         (("{drops}/masks", "--rig", "{drops}/rig", "--background", "{drops}/masks/c0.png"), "expected --background for each of the 6"),
@@ -210,6 +212,42 @@ def test_what_too_few_views_leave_unknown_is_not_stated(made: Rendered) -> None:
     rows = dict(shape_rows(particle))
     assert rows["hull larger than the body by"].startswith("unknown")
     assert "can only be told from 6 directions on, here by 2 more" in particle.notes[-1]
+
+
+def test_views_that_contradict_one_another_are_no_body(made: Rendered, drops: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Pictures in the reverse order had a volume below 0, exit code 0, and ``tumble import`` as what comes next."""
+    write_outlines(drops / "reversed.npz", made.drops[0].outlines[::-1])
+    words = ["shape", str(drops / "reversed.npz"), "--rig", str(drops / "rig"), "--out", str(drops / "no stone")]
+    assert main(words) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "volume not measured" in said
+    assert "they contradict one another" in said
+    assert "in the reverse order" in said
+    assert "tumble import" not in said
+    assert "further views" not in said
+
+
+def test_transposed_rotations_of_a_rig_are_named(made: Rendered) -> None:
+    """Also where no hull is left of them."""
+    drop = made.drops[0]
+    views = [replace(v, R_cam_particle=v.R_cam_particle.T) for v in drop.views]
+    with pytest.raises(InputError, match="rotations are transposed"):
+        shape([Drop("one", Path("one"), tuple(drop.outlines), tuple(views), {})], "one", mass_kg=None)
+
+
+def test_views_left_out_are_not_counted(made: Rendered, drops: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    outlines = list(made.drops[0].outlines)
+    outlines[2] = mirrored(outlines[2], made.drops[0].views[2].intrinsics.width_px)
+    write_outlines(drops / "one mirrored.npz", outlines)
+    assert main(["shape", str(drops / "one mirrored.npz"), "--rig", str(drops / "rig"), "--out", str(drops / "five of six")]) == 1
+    assert "5 of 6 views" in capsys.readouterr().out
+
+
+def test_the_excess_of_a_hull_is_of_the_body(stone: Path) -> None:
+    """Of a hull of which 55 % were taken off, 124 % of what is left."""
+    particle = read_particle(stone)
+    dinosaur = replace(particle, shape={**particle.shape, "hull_volume_excess": 0.553})
+    assert dict(shape_rows(dinosaur))["hull larger than the body by"] == "123.7% (taken off)"
 
 
 def test_one_drop_that_is_left_lies_as_that_drop_does(made: Rendered) -> None:

@@ -94,8 +94,8 @@ def _steps(inspection: Inspection) -> tuple[Finding, ...]:
     return tuple(
         Finding(
             True,
-            f"between frames {step.first} and {step.second} the particle moved {step.times:.1f} times as far as between their neighbours: "
-            "a picture is missing or twice there, or a time stamp is wrong.",
+            f"between frames {step.first} and {step.second} the particle moved {round(step.times, 1) + 0.0:.1f} times as far as between "
+            "their neighbours: a picture is missing or twice there, or a time stamp is wrong.",
         )
         for step in inspection.odd_steps
     )

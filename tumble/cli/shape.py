@@ -36,7 +36,7 @@ def parser() -> argparse.ArgumentParser:
         "one instant: a folder with a picture (or, with --masks, a mask) of each camera, in the rig's order or named as its cameras, a\n"
         "stack, outlines (.npz), or a particle, observation or dataset with views. How the particle lies in each drop is found.\n"
         "The folder written is a particle file: tumble import and tumble estimate take it as --particle.\n"
-        "Exit code 1: a drop or view was left out (it is named, with the reason).",
+        "Exit code 1: a drop or view was left out (it is named, with the reason), or the views contradict one another.",
         example="tumble shape drops/1 drops/2 drops/3 --rig out/rig --masks --out out/stone",
     )
     verb.add_argument("drops", type=Path, nargs="+", metavar="DROP", help="views of one instant")
@@ -63,7 +63,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Merge; exit code 1 where something was left out."""
+    """Merge; exit code 1 where something was left out, or the views contradict one another."""
     _check(arguments)
     content = {
         "drops": [str(path.resolve()) for path in arguments.drops],
@@ -120,14 +120,16 @@ def _make(drops: Sequence[Drop], out: Path, arguments: argparse.Namespace) -> No
 
 
 def _say(particle: ParticleFile, arguments: argparse.Namespace) -> int:
+    contradict = particle.checks.get("views_contradict", False)
     if arguments.json:
         print((arguments.out / PARTICLE_FILE).read_text(encoding="utf-8"), end="")
     elif not arguments.quiet:
         _tables(particle)
         for note in particle.notes:
             console().print(note, soft_wrap=True)
-        console().print(what_next(command("import", "VIDEO", "--particle", arguments.out)), soft_wrap=True)
-    return INCOMPLETE if any("left out" in note for note in particle.notes) else ALL_MEASURED
+        following = command("import", "VIDEO", "--particle", arguments.out)
+        console().print(what_next(None if contradict else following), soft_wrap=True)
+    return INCOMPLETE if contradict or any("left out" in note for note in particle.notes) else ALL_MEASURED
 
 
 def _tables(particle: ParticleFile) -> None:
@@ -139,7 +141,9 @@ def _tables(particle: ParticleFile) -> None:
         for entry in particle.merging["sets"]:
             table.add_row(*_drop_cells(entry, again.get(entry["name"])))
         console().print(table)
-    table = Table(title=f"particle {particle.name}: {len(particle.views)} views", title_justify="left", box=None, pad_edge=False)
+    out = len(particle.checks.get("views_left_out", ()))
+    views = f"{len(particle.views) - out} of {len(particle.views)} views" if out else f"{len(particle.views)} views"
+    table = Table(title=f"particle {particle.name}: {views}", title_justify="left", box=None, pad_edge=False)
     for heading in ("figure", "value"):
         table.add_column(heading)
     for row in shape_rows(particle):
@@ -153,16 +157,19 @@ def _drop_cells(entry: dict, again: dict | None) -> tuple[str, ...]:  # type: ig
 
 
 def shape_rows(particle: ParticleFile) -> list[tuple[str, str]]:
-    """Volume, centre, inertia and checks as text."""
+    """Volume, centre, inertia and checks as text; of views that contradict one another only the checks."""
     shape_, checks = particle.shape, particle.checks
     centre = ", ".join(with_sigma(value * 1e3, shape_["com_sigma_m"] * 1e3) for value in shape_["com_particle"])
     ratios = " : ".join([*(with_sigma(value, shape_["inertia_ratios_sigma"]) for value in shape_["inertia_ratios"][:2]), "1"])
-    rows = [
+    figures = [
         ("volume", f"{with_sigma(shape_['volume_m3'] * 1e9, shape_['volume_sigma_m3'] * 1e9)} mm³"),
         ("hull larger than the body by", _excess_words(shape_)),
         ("centre of mass", f"({centre}) mm, particle frame"),
         ("principal moments", ratios),
         ("largest extent", f"{shape_['extent_m'] * 1e3:.3f} mm"),
+    ]
+    rows = [
+        *([("volume", "not measured")] if checks.get("views_contradict", False) else figures),
         ("largest gap between viewing directions", f"{checks['largest_gap_deg']:.0f}°"),
     ]
     predicted = checks["views_predicted_from_the_others"]
@@ -175,4 +182,5 @@ def _excess_words(shape_: Mapping[str, Any]) -> str:
     """The hull's excess of volume, or that too few views leave it unknown (the volume is then the hull's own)."""
     if not math.isfinite(shape_["volume_sigma_m3"]):
         return "unknown: too few views to compare halves of them"
-    return f"{shape_['hull_volume_excess']:.1%} (taken off)"
+    too_much = shape_["hull_volume_excess"]
+    return f"{too_much / (1.0 - too_much):.1%} (taken off)" if too_much < 1.0 else "more than its volume (taken off)"

@@ -85,8 +85,10 @@ def rig_of(path: Path) -> tuple[HsvCamera, ...]:
     Raises
     ------
     InputError
-        Where there are fewer than three.
+        Where there is none.
     """
+    if not path.exists():
+        raise InputError(f"{path}: expected a rig as tumble calibrate rig writes it (calibration.json), got no such folder or file.")
     calibration = calibration_at(path)
     if calibration is None or len(calibration.cameras) < 1:
         raise InputError(f"{path}: expected a rig as tumble calibrate rig writes it (calibration.json), got something else.")

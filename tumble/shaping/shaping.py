@@ -166,13 +166,15 @@ def _checks(sets: Sequence[ViewSet], merging: tuple[Merged | None, MergeSettings
     count = int(ways_of_looking(particle.calibrated, particle.body.com_particle).max()) + 1
     wanted = int(np.ceil(count * solid.excess / WANTED_EXCESS)) if np.isfinite(solid.volume_sigma_m3) else 2 * MINIMUM_VIEWS
     return {
+        "views_left_out": sorted({*particle.report.left_out, *particle.report.without_outline}),
+        "views_contradict": particle.contradictory,
         "views_predicted_from_the_others": None
         if predicted is None
         else {"excess_px": predicted.excess_px, "outside_px": predicted.outside_px},
         "sets_placed_by_the_others": [] if merged is None else [vars(again) for again in sets_again(sets, merged, settings)],
         "largest_gap_deg": gap.gap_deg,
         "largest_gap_direction": gap.direction,
-        "further_views_wanted": max(wanted - count, 0),
+        "further_views_wanted": 0 if particle.contradictory else max(wanted - count, 0),
     }
 
 

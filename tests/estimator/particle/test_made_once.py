@@ -69,7 +69,7 @@ def test_a_particle_with_a_file_makes_nothing_of_its_views_again(given: Given, m
     of_views, _ = noise_streams(rng)
     wanted = made.bias_of_views(pairs=SMALL.bias_pairs, rng=of_views)
     kept = Kept(digest_of(*given, SMALL), arrays_of(made.once(SMALL)))
-    for name in ("silhouettes", "visual_hull", "body_of", "start_catalogue", "largest_moment_per_mass", "bias_under", "cast_convex"):
+    for name in ("silhouettes", "agreed_hull", "body_of", "start_catalogue", "largest_moment_per_mass", "bias_under", "cast_convex"):
         monkeypatch.setattr(particle_module, name, None)
     again = particle_of(*given, SMALL, kept)
     of_views, _ = noise_streams(np.random.default_rng(SMALL.seed))
