@@ -75,8 +75,8 @@ def _skew(read: Sequence[Decomposed]) -> tuple[str, ...]:
     if farthest < TOLD_SKEW_PX:
         return ()
     return (
-        f"Columns of pixels lean in these matrices (skew), which a sensor's do not: the nearest cameras without it show points "
-        f"up to {farthest:.2g} px elsewhere, in the corners of pictures. Views are off by part of that: `tumble shape` says how far they disagree.",
+        "Columns of pixels lean in these matrices (skew), which a sensor's do not: the nearest cameras without it show points up to "
+        f"{farthest:.2g} px elsewhere, in the corners of pictures. Views are off by part of that: `tumble shape` says by how far.",
     )
 
 
