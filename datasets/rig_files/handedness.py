@@ -75,7 +75,7 @@ def see_one_place(cameras: Sequence[HsvCamera]) -> bool:
     radius = np.ones((len(normals), 1))
     bounds = [(None, None)] * 3 + [(None, 1.0)]  # fields of view are without end: a ball of the rig's own size is enough
     found = linprog([0.0, 0.0, 0.0, -1.0], A_ub=np.hstack([-normals, radius]), b_ub=offsets, bounds=bounds)
-    return bool(found.status == 0 and -found.fun > 0.0)
+    return bool(found.success and found.x is not None and found.x[3] > 0.0)
 
 
 def _field_of_view(camera: HsvCamera) -> Array:
