@@ -42,11 +42,21 @@ def in_front(cameras: Sequence[HsvCamera], where: str) -> tuple[tuple[HsvCamera,
     turned = inside_out(cameras)
     if np.all(depths < 0) and see_one_place(turned):
         return turned, (TURNED,)
-    behind = ", ".join(camera.name for camera, depth in zip(cameras, depths, strict=True) if depth <= 0)
     raise InputError(
         f"{where}: expected cameras that look at one place, got none that is in front of all and in all their pictures; the point nearest "
-        f"to their axes is behind {behind}. Are all matrices of one world, and is --size that of their pictures?"
+        f"to their axes is {_fewer(cameras, depths)}. Are all matrices of one world, and is --size that of their pictures?"
     )
+
+
+def _fewer(cameras: Sequence[HsvCamera], depths: Array) -> str:
+    """In words, which cameras have a point behind them, or in front where those are fewer."""
+    behind = [camera.name for camera, depth in zip(cameras, depths, strict=True) if depth <= 0]
+    front = [camera.name for camera, depth in zip(cameras, depths, strict=True) if depth > 0]
+    if not front:
+        return "behind every one"
+    if len(behind) <= len(front):
+        return f"behind {', '.join(behind)} and in front of the others"
+    return f"in front of {', '.join(front)} and behind the others"
 
 
 def inside_out(cameras: Sequence[HsvCamera]) -> tuple[HsvCamera, ...]:
