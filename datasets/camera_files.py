@@ -55,6 +55,16 @@ def read_camera(path: Path, number: int = 0) -> HsvCamera:
     return camera_of_entry(entry)
 
 
+def states_principal_point(path: Path, number: int = 0) -> bool:
+    """Whether a file that :func:`read_camera` takes states ``cx_px`` and ``cy_px``, which are the picture's centre where it does not."""
+    if calibration_at(path) is not None:
+        return True
+    table = _table(path / FILE if path.is_dir() else path)
+    cameras = table.get("cameras", [table])  # of an observation, else one alone
+    entry = cameras[min(number, len(cameras) - 1)]
+    return {"cx_px", "cy_px"} <= set(entry.get("intrinsics", entry))
+
+
 def read_gravity(path: Path) -> tuple[Float[NDArray[np.float64], "3"], Float[NDArray[np.float64], "3 3"] | None]:
     """The acceleration of gravity (3,) m/s2 in the first camera's frame, and its covariance (3, 3) where there is one.
 

@@ -59,6 +59,8 @@ def index(path: Path) -> tuple[Page, ...]:
             pages = _pages(path, stack, size)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file.") from None
+    except PermissionError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
     except InputError:
         raise
     except Exception as error:  # tifffile raises whatever its readers raise

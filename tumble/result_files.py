@@ -20,9 +20,10 @@ def observations_in(source: Path) -> tuple[Path, ...]:
         return (source,)
     root = source / "observations" if (source / "observations").is_dir() else source
     found = tuple(sorted(path.parent for path in root.glob(f"*/{OBSERVATION_FILE}"))) if root.is_dir() else ()
+    if not source.exists():
+        raise InputError(f"{source}: there is no such file or folder.")
     if not found:
-        came = "nothing like it" if source.exists() else "nothing"
-        raise InputError(f"{source}: expected a dataset or an observation ({OBSERVATION_FILE} in it), got {came}.")
+        raise InputError(f"{source}: expected a dataset or an observation ({OBSERVATION_FILE} in it), got nothing like it.")
     return found
 
 
@@ -42,6 +43,8 @@ def estimates_in(folder: Path) -> tuple[Path, ...]:
     if folder.is_file():
         return (folder,)
     found = tuple(sorted(folder.glob(f"*{SUFFIX}"))) if folder.is_dir() else ()
+    if not folder.exists():
+        raise InputError(f"{folder}: there is no such file or folder.")
     if not found:
-        raise InputError(f"{folder}: expected estimates (*{SUFFIX}), got {'none' if folder.is_dir() else 'nothing'}.")
+        raise InputError(f"{folder}: expected estimates (*{SUFFIX}), got none.")
     return found

@@ -10,7 +10,8 @@ from datasets.errors import InputError
 from datasets.names import file_name
 from datasets.plausibility import check_camera
 from datasets.rig_files.cameramodel import read_cameramodel
-from datasets.rig_files.matrices import decomposed, read_matrices
+from datasets.rig_files.handedness import in_front
+from datasets.rig_files.matrices import Decomposed, decomposed, read_matrices
 from datasets.rig_files.opencv_yaml import read_opencv
 from datasets.rounded_rotations import nearest_rotation
 from datasets.vocabulary.camera import HsvCamera
@@ -19,6 +20,8 @@ MATRICES = (".npy", ".mat", ".csv", ".txt")
 OPENCV = (".yml", ".yaml")
 MRCAL = (".cameramodel",)
 SUFFIXES = (*OPENCV, *MRCAL, *MATRICES)
+TOLD_SKEW_PX = 0.01
+"""By how much (px) a dropped skew must move points to be told: outlines are known to some hundredths of a pixel at best."""
 UNITS_M = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 
 
@@ -45,26 +48,44 @@ def read_rig(paths: Sequence[Path], convention: Convention) -> tuple[tuple[HsvCa
         Naming the file, what was expected and what came.
     """
     read = [(path, camera) for path in paths for camera in _cameras(path, convention)]
-    names = [camera.name for _, camera in read]
+    names = [one.camera.name for _, one in read]
     if len(set(names)) < len(names):
         raise InputError(f"{paths[0]}: expected cameras with names of their own, got {', '.join(names)}.")
     scale = UNITS_M[convention.unit]
-    shifted = [(path, _counted_from_zero(camera, _first(path, convention), scale)) for path, camera in read]
+    shifted = [(path, _counted_from_zero(one.camera, _first(path, convention), scale)) for path, one in read]
     for path, camera in shifted:
         check_camera(camera, f"{path}: {camera.name}")
-    R, t = shifted[0][1].R_cam_world, shifted[0][1].t_cam_world
-    turns = [nearest_rotation(camera.R_cam_world @ R.T) for _, camera in shifted]
-    cameras = tuple(replace(c, R_cam_world=turn, t_cam_world=c.t_cam_world - turn @ t) for (_, c), turn in zip(shifted, turns, strict=True))
-    first = cameras[0]
-    return (replace(first, R_cam_world=np.eye(3), t_cam_world=np.zeros(3)), *cameras[1:]), _notes(paths, convention)
+    cameras = _from_the_first([camera for _, camera in shifted])
+    matrices = all(path.suffix.lower() in MATRICES for path in paths)  # poses of others were measured, in a world that is no mirror's
+    cameras, turned = in_front(cameras, ", ".join(path.name for path in paths)) if matrices else (cameras, ())
+    return cameras, (*_notes(paths, convention), *_skew([one for _, one in read]), *turned)
 
 
-def _cameras(path: Path, convention: Convention) -> list[HsvCamera]:
+def _from_the_first(cameras: Sequence[HsvCamera]) -> tuple[HsvCamera, ...]:
+    """The cameras in the frame of the first one."""
+    R, t = cameras[0].R_cam_world, cameras[0].t_cam_world
+    turns = [nearest_rotation(camera.R_cam_world @ R.T) for camera in cameras[1:]]
+    others = [replace(c, R_cam_world=turn, t_cam_world=c.t_cam_world - turn @ t) for c, turn in zip(cameras[1:], turns, strict=True)]
+    return (replace(cameras[0], R_cam_world=np.eye(3), t_cam_world=np.zeros(3)), *others)
+
+
+def _skew(read: Sequence[Decomposed]) -> tuple[str, ...]:
+    """What was dropped of leaning columns, where it can be seen."""
+    farthest = max(one.farthest_px for one in read)
+    if farthest < TOLD_SKEW_PX:
+        return ()
+    return (
+        "Columns of pixels lean in these matrices (skew), which a sensor's do not: the nearest cameras without it show points up to "
+        f"{farthest:.2g} px elsewhere, in the corners of pictures. Views are off by part of that: `tumble shape` says by how far.",
+    )
+
+
+def _cameras(path: Path, convention: Convention) -> list[Decomposed]:
     suffix = path.suffix.lower()
     if suffix in MRCAL:
-        return [read_cameramodel(path)]
+        return [Decomposed(read_cameramodel(path), np.eye(2))]
     if suffix in OPENCV:
-        return read_opencv(path, convention.size)
+        return [Decomposed(camera, np.eye(2)) for camera in read_opencv(path, convention.size)]
     if suffix not in MATRICES:
         raise InputError(f"{path}: expected a file of cameras ({', '.join(SUFFIXES)}), got {path.suffix or 'a name without an ending'}.")
     if convention.size is None:

@@ -25,6 +25,8 @@ FORMATS = ("PNG", "BMP", "PPM", "JPEG")
 SUFFIXES = (".png", ".bmp", ".pgm", ".jpg", ".jpeg")
 DEEP_MODES = ("I;16", "I;16L", "I;16B", "I")
 """How Pillow calls grey of 16 bit."""
+MOST_NAMED = 5
+"""Jumps in pictures' names that are told by name; of further ones the number."""
 LOSSY_JPEG = "JPEG changed the grey values in blocks of 8 x 8 px: outlines err alike along stretches, which no noise model knows"
 
 
@@ -116,10 +118,12 @@ def _gaps(files: Sequence[Path]) -> str:
     steps = np.diff(numbers)
     if len(steps) == 0 or (steps == steps.min()).all() or steps.min() < 1:
         return ""
-    k = int(np.argmax(steps))
+    jumps = np.flatnonzero(steps > steps.min())
+    named = [f"from {files[k].name} to {files[k + 1].name}" for k in jumps[:MOST_NAMED]]
+    more = f" and at {len(jumps) - MOST_NAMED} further places" if len(jumps) > MOST_NAMED else ""
     return (
-        f"the names jump from {files[k].name} to {files[k + 1].name}: pictures are missing there, and times are counted as if none were; "
-        "take one side with --frames"
+        f"the names jump {', '.join(named)}{more}: pictures are missing there, and times are counted as if none were; "
+        "take what lies between two jumps with --frames"
     )
 
 
@@ -173,6 +177,8 @@ def _opened(path: Path) -> Iterator[Image.Image]:
                 yield image
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file.") from None
+    except PermissionError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
     except InputError:
         raise
     except Exception as error:  # Pillow raises whatever its readers raise

@@ -28,6 +28,8 @@ def open_video(path: Path) -> Video:
     InputError
         Naming the file, what was expected and what came.
     """
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file or folder.")
     if path.is_dir():
         return read_image_folder(path)
     reader = READERS.get(path.suffix.lower())

@@ -7,14 +7,14 @@
 
 import argparse
 import json
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.linalg import rq
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 from skimage.io import imread
@@ -22,7 +22,9 @@ from skimage.measure import find_contours
 
 from datasets.estimate import Status
 from datasets.observation import CalibratedView
-from datasets.vocabulary.camera import Intrinsics
+from datasets.rig_files.handedness import in_front
+from datasets.rig_files.matrices import decomposed
+from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline, oriented
 from estimator.data.configuration import Configuration
 from estimator.data.views import Poses, Views
@@ -52,40 +54,37 @@ def outline_of(path: Path) -> tuple[Outline, tuple[int, int]]:
     return Outline(oriented(contour)), (mask.shape[1] - 2, mask.shape[0] - 2)
 
 
-def without_skew(P: Array, outline: Outline, size: tuple[int, int]) -> tuple[Outline, CalibratedView]:
-    """View and outline of a projection matrix (3, 4) for 0-based pixels; the skew is taken out of the pixels: u - s (v - cy) / fy."""
-    K, R = rq(P[:, :3])
-    signs = np.diag(np.sign(np.diag(K)))
-    K, R = K @ signs, signs @ R
-    t = np.linalg.solve(K, P[:, 3])
-    if np.linalg.det(R) < 0:
-        R, t = -R, -t
-    K = K / K[2, 2]
-    points = outline.points_px.copy()
-    points[:, 0] -= K[0, 1] * (points[:, 1] - K[1, 2]) / K[1, 1]
-    return Outline(points), CalibratedView(Intrinsics(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2]), R, t)
+def without_skew(P: Array, outline: Outline, size: tuple[int, int], name: str) -> tuple[Outline, HsvCamera]:
+    """Camera and outline of a projection matrix (3, 4) for 0-based pixels; the skew is taken out of the pixels."""
+    found = decomposed(P, size, name, name)
+    middle = [found.camera.intrinsics.cx_px, found.camera.intrinsics.cy_px]
+    return Outline((outline.points_px - middle) @ found.moved.T + middle), found.camera
+
+
+def views_of(cameras: Iterable[HsvCamera]) -> list[CalibratedView]:
+    """The cameras as views of a particle that is the world."""
+    return [CalibratedView(camera.intrinsics, camera.R_cam_world, camera.t_cam_world) for camera in cameras]
 
 
 def stone(folder: Path) -> tuple[list[Outline], list[CalibratedView]]:
     """The six views of the stone; millimetres become metres."""
-    outlines, views = [], []
-    for camera in json.loads((folder / "cameras.json").read_text()):
-        outline, size = outline_of(folder / camera["image"])
-        outline, view = without_skew(np.array(camera["P_zero_based_pixels"]) @ np.diag([1.0, 1.0, 1.0, 1e-3]), outline, size)
+    outlines, cameras = [], []
+    for entry in json.loads((folder / "cameras.json").read_text()):
+        outline, size = outline_of(folder / entry["image"])
+        metres = np.array(entry["P_zero_based_pixels"]) @ np.diag([1.0, 1.0, 1.0, 1e-3])
+        outline, camera = without_skew(metres, outline, size, entry["image"])
         outlines.append(outline)
-        views.append(view)
-    return outlines, views
+        cameras.append(camera)
+    return outlines, views_of(cameras)
 
 
 def dinosaur(folder: Path) -> tuple[list[Outline], list[CalibratedView]]:
-    """The 36 views of the turntable.
-
-    The metric matrices leave the body behind the cameras: a metric upgrade is known up to a reflection of the world, which turns ``t``.
-    """
+    """The 36 views of the turntable; the metric matrices are of the mirrored world."""
     matrices = np.load(folder / "P_metric_upgraded_36x3x4.npy")
-    seen = [outline_of(folder / f"mask.{i:03d}.png") for i in range(len(matrices))]
-    pairs = [without_skew(P, outline, size) for P, (outline, size) in zip(matrices, seen, strict=True)]
-    return [o for o, _ in pairs], [replace(v, t_cam_particle=-v.t_cam_particle) for _, v in pairs]
+    names = [f"mask.{i:03d}.png" for i in range(len(matrices))]
+    pairs = [without_skew(P, *outline_of(folder / name), name) for P, name in zip(matrices, names, strict=True)]
+    cameras, _ = in_front([camera for _, camera in pairs], str(folder))
+    return [outline for outline, _ in pairs], views_of(cameras)
 
 
 def pairwise_rms_px(seen: Silhouettes, poses: PoseSet, centre: Array) -> tuple[float, float, int]:

@@ -9,6 +9,7 @@ from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
 from datasets.errors import InputError
+from datasets.rig_files.handedness import in_front, inside_out
 from datasets.rig_files.matrices import decomposed
 from datasets.rig_files.opening import Convention, read_rig
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
@@ -121,8 +122,8 @@ def test_mrcals_camera_models(tmp_path: Path) -> None:
 
 def test_what_is_no_camera_is_refused(tmp_path: Path) -> None:
     P = P_of(cameras()[0])
-    with pytest.raises(InputError, match="lean by at most 0"):
-        decomposed(np.array([[1.0, 1e-2, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) @ P, SIZE, "x", "x")
+    with pytest.raises(InputError, match=r"lean by at most 0\.57 degrees, got a matrix with 2\.86"):
+        decomposed(np.array([[1.0, 5e-2, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) @ P, SIZE, "x", "x")
     with pytest.raises(InputError, match="no inverse"):
         decomposed(np.zeros((3, 4)), SIZE, "x", "x")
     wrong = (("1,2,3\n", "3 x 4 matrices"), ("a,b\n", "expected rows"), ("", "expected rows"), ("1,2\n1\n", "different length"))
@@ -133,3 +134,65 @@ def test_what_is_no_camera_is_refused(tmp_path: Path) -> None:
     np.save(tmp_path / "x.npy", np.zeros((2, 3, 4)))
     with pytest.raises(InputError, match="expected --size"):
         read_rig([tmp_path / "x.npy"], Convention())
+
+
+def test_a_small_skew_is_dropped_and_said(tmp_path: Path) -> None:
+    """Pixels of the camera differ from those of the matrix by what is said, and nowhere by more."""
+    P = P_of(cameras()[0])
+    leaning = np.array([[1.0, 4e-3, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) @ P
+    found = decomposed(leaning, SIZE, "x", "x")
+    rng = np.random.default_rng(1)
+    middle = np.array([found.camera.intrinsics.cx_px, found.camera.intrinsics.cy_px])
+    corners = np.array([[-0.5, -0.5], [639.5, -0.5], [-0.5, 479.5], [639.5, 479.5]])
+    pixels = np.concatenate([corners, rng.uniform([-0.5, -0.5], [639.5, 479.5], (200, 2))])
+    rays = np.linalg.solve(leaning[:, :3], np.column_stack([pixels, np.ones(204)]).T).T
+    points = rays * rng.uniform(0.5, 2.0, (204, 1)) - np.linalg.solve(leaning[:, :3], leaning[:, 3])
+    seen = (P_of(found.camera) @ np.column_stack([points, np.ones(204)]).T).T
+    seen = seen[:, :2] / seen[:, 2:]
+    np.testing.assert_allclose(seen, (pixels - middle) @ found.moved.T + middle, atol=1e-8)
+    assert np.linalg.norm(seen - pixels, axis=1).max() == pytest.approx(found.farthest_px, rel=1e-9)
+    assert found.farthest_px < 0.9 * 4e-3 * 245.0  # of all that leans half is a turn of the camera
+    np.save(tmp_path / "rig.npy", np.stack([leaning, P_of(cameras()[1])]))
+    assert f"points up to {found.farthest_px:.2g} px elsewhere" in " ".join(read_rig([tmp_path / "rig.npy"], Convention(size=SIZE))[1])
+    np.save(tmp_path / "rig.npy", np.stack([P_of(c) for c in cameras()]))
+    assert "elsewhere" not in " ".join(read_rig([tmp_path / "rig.npy"], Convention(size=SIZE))[1])
+
+
+def test_a_mirrored_world_is_turned_inside_out(tmp_path: Path) -> None:
+    true = cameras()
+    np.save(tmp_path / "rig.npy", np.stack([P_of(c) @ np.diag([-1.0, -1.0, -1.0, 1.0]) for c in true]))
+    found, notes = read_rig([tmp_path / "rig.npy"], Convention(size=SIZE))
+    same(found, true)
+    assert any("turned inside out (X to -X)" in note for note in notes)
+    np.save(tmp_path / "rig.npy", np.stack([P_of(c) for c in true]))
+    assert not any("inside out" in note for note in read_rig([tmp_path / "rig.npy"], Convention(size=SIZE))[1])
+
+
+def test_cameras_of_two_worlds_are_refused(tmp_path: Path) -> None:
+    one, other = cameras()
+    np.save(tmp_path / "rig.npy", np.stack([P_of(one), *(P_of(c) for c in inside_out([other]))]))
+    with pytest.raises(InputError, match=r"look at one place, got none .* behind rig_2 and in front of the others"):
+        read_rig([tmp_path / "rig.npy"], Convention(size=SIZE))
+
+
+def test_cameras_side_by_side_that_diverge_a_little_stay(tmp_path: Path) -> None:
+    """Their axes come closest behind them, and both see what is far enough."""
+    lens = cameras()[0].intrinsics
+    pair = [
+        HsvCamera(f"c{k}", lens, Rotation.from_rotvec([0.0, -0.01 * side, 0.0]).as_matrix(), np.array([-0.05 * side, 0.0, 0.0]))
+        for k, side in enumerate((-1.0, 1.0))
+    ]
+    assert in_front(pair, "x") == (tuple(pair), ())
+    np.save(tmp_path / "rig.npy", np.stack([P_of(c) for c in pair]))
+    same(read_rig([tmp_path / "rig.npy"], Convention(size=SIZE))[0], pair)
+
+
+def test_a_published_set_of_real_matrices_goes_in(shared_data: Path) -> None:
+    """Oxford's turntable: skew of an upgrade to metric, and a mirrored world."""
+    path = shared_data / "silhouettes" / "oxford_dino" / "P_metric_upgraded_36x3x4.npy"
+    found, notes = read_rig([path], Convention(size=(720, 576)))
+    assert len(found) == 36
+    assert "up to 0.63 px elsewhere" in " ".join(notes)
+    assert "turned inside out" in " ".join(notes)
+    with pytest.raises(InputError, match="no camera of a metric world"):
+        read_rig([path.with_name("dino_Ps.mat")], Convention(size=(720, 576)))

@@ -1,10 +1,12 @@
 """``tumble import``: what a camera wrote becomes the observation it is, and a draft where something is missing."""
 
+import errno
 import json
 import re
 import shutil
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +25,9 @@ from estimator.readiness import inspect_recording
 from scripts.benchmarks.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.small_drops import small_drop
+from tumble.checking.checked import camera_check
 from tumble.cli.main import main
+from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH
 from tumble.importing import importing
 from tumble.reports import check_page
 from tumble.written_files import read_run
@@ -43,10 +47,11 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def blind(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without looking for outlines, where only what is written matters."""
+    """Without looking for outlines, nor saying that there are none, where only what is written matters."""
     monkeypatch.setattr(
         importing, "inspect_recording", lambda recording, size, **_: inspect_recording([Outline(np.zeros((0, 2)))] * len(recording), size)
     )
+    monkeypatch.setattr(importing, "camera_check", lambda *seen: replace(camera_check(*seen), findings=()))
 
 
 @pytest.fixture(scope="module")
@@ -224,6 +229,65 @@ def test_gravity_from_a_file_and_a_draft_for_each_of_several(known: Path, pictur
         assert "focal" not in draft["camera"]["value"]
 
 
+def test_what_speaks_against_a_measurement_is_no_success(
+    known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The observation is written; code and last line are those of ``tumble check``."""
+    write_cine(tmp_path / f"{NAME}.cine", [pictures[0]] * FRAMES, how, bits=12)
+    out = tmp_path / "out"
+    assert imported(tmp_path / f"{NAME}.cine", known, out) == 1
+    said = capsys.readouterr().out
+    assert "bad: " in said
+    assert said.splitlines()[-1] == NOTHING_TO_GO_ON_WITH
+    assert (out / "observations" / NAME / FILE).is_file()
+    assert main(["check", str(out), "--out", str(tmp_path / "check")]) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == NOTHING_TO_GO_ON_WITH
+
+
+@pytest.mark.usefixtures("blind")
+def test_what_is_proposed_next_has_a_folder_of_its_own(
+    known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_cine(tmp_path / f"{NAME}.cine", pictures, how, bits=12)
+    for name in ("first", "second"):
+        assert imported(tmp_path / f"{NAME}.cine", known, tmp_path / name) == 0
+        last = capsys.readouterr().out.splitlines()[-1]
+        assert last == f"next: tumble estimate {tmp_path / name} --out {tmp_path / f'{name}_estimates'}"
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_principal_point_that_nobody_stated_is_said_to_be_assumed(
+    stated: bool, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_cine(tmp_path / f"{NAME}.cine", pictures, how, bits=12)
+    point = "cx_px = 90.0\ncy_px = 70.5\n" if stated else ""
+    (tmp_path / "camera.toml").write_text(f"width_px = {SIZE}\nheight_px = {SIZE}\nfx_px = 3333.0\nfy_px = 3333.0\n{point}")
+    words = ["import", str(tmp_path / f"{NAME}.cine"), "--camera", str(tmp_path / "camera.toml"), "--dry-run", "--json"]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 0
+    (told,) = json.loads(capsys.readouterr().out)
+    (value,) = [value for value in told["values"] if value["name"] == "principal_point"]
+    assert (value["value"], value["origin"]) == (([90.0, 70.5], "given") if stated else ([79.5, 79.5], "assumed"))
+    assert ("cx_px, cy_px" in value["note"]) is not stated
+
+
+@pytest.mark.usefixtures("blind")
+def test_all_places_where_pictures_are_missing_are_named(
+    known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    numbers = {"few": [*range(4), *range(6, 9), *range(10, 15)], "many": range(0, 3 * FRAMES, 3)}
+    for name, taken in numbers.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        for number, picture in zip([*taken[:-1], taken[-2] + 1] if name == "many" else taken, pictures, strict=True):
+            tifffile.imwrite(folder / f"f_{number}.tif", picture)
+        assert main(["import", str(folder), "--dry-run", "--out", str(tmp_path / "out")]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        if name == "few":
+            assert "the names jump from f_3.tif to f_6.tif, from f_8.tif to f_10.tif: pictures are missing there" in said
+        else:
+            assert "from f_12.tif to f_15.tif and at 5 further places: pictures are missing there" in said
+
+
 @pytest.mark.usefixtures("blind")
 def test_time_stamps_that_contradict_the_frame_rate_are_said(
     known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -310,6 +374,48 @@ def test_what_is_refused(
     assert imported(tmp_path / f"{NAME}.mraw", known, tmp_path / "out", *words) == 2
     assert said in capsys.readouterr().err
     assert {path.name for path in (tmp_path / "out").rglob("*")} <= {"run.json", ".tumble-lock"}
+
+
+def missing(folder: Path) -> dict[str, tuple[list[str], str]]:
+    """Words of an import of a recording that is there, and what must be said of what is not."""
+    gone = f"{folder / 'gone'}: there is no such file or folder"
+    return {
+        "particle": (["--particle", str(folder / "gone")], gone),
+        "background": (["--background", str(folder / "gone")], gone),
+        "gravity": (["--gravity", str(folder / "gone.toml")], "there is no such file"),
+        "camera": (["--camera", str(folder / "gone.toml")], f"{folder / 'gone.toml'}: there is no such file"),
+    }
+
+
+@pytest.mark.parametrize("what", ["particle", "background", "gravity", "camera"])
+def test_what_is_not_there_is_said_to_be_missing(
+    what: str, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_cine(tmp_path / f"{NAME}.cine", pictures, how, bits=12)
+    words, said = missing(tmp_path)[what]
+    assert main(["import", str(tmp_path / f"{NAME}.cine"), *words, "--out", str(tmp_path / "out")]) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ["import", "check", "calibrate rig"])
+def test_a_source_that_is_not_there_is_said_to_be_missing(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*verb.split(), str(tmp_path / "gone"), "--out", str(tmp_path / "out")]) == 2
+    assert f"{tmp_path / 'gone'}: there is no such file or folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("name", "opener"), [("a.png", "PIL.Image.open"), ("a.tif", "tifffile.TiffFile")])
+def test_a_picture_that_may_not_be_read_is_not_called_damaged(
+    name: str, opener: str, pictures: Pictures, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    folder = tmp_path / NAME
+    folder.mkdir()
+    Image.fromarray(pictures[0]).save(folder / name)
+    monkeypatch.setattr(opener, refuse)
+    assert main(["import", str(folder), "--dry-run", "--out", str(tmp_path / "out")]) == 2
+    assert f"{folder / name}: cannot be read (Permission denied)" in capsys.readouterr().err
 
 
 def test_a_calibration_of_another_picture_size_is_refused(

@@ -110,6 +110,8 @@ def _rig(arguments: argparse.Namespace) -> int:
 
 def _read(paths: Sequence[Path], convention: Convention) -> tuple[tuple[HsvCamera, ...], tuple[str, ...]]:
     for path in paths:
+        if not path.exists():
+            raise InputError(f"{path}: there is no such file or folder.")
         if not is_rig_file(path):
             raise InputError(f"{path}: expected --board BOARD with pictures, or files of others ({', '.join(SUFFIXES)}), got neither.")
     return read_rig(paths, convention)

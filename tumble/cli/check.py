@@ -5,11 +5,10 @@ import json
 from pathlib import Path
 
 from tumble.checking.checking import check_all
-from tumble.cli.check_words import say_check
+from tumble.cli.check_words import check_code, check_next, say_check
 from tumble.cli.console import console
-from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
-from tumble.cli.outcomes import exit_code, report_failures, what_next
+from tumble.cli.outcomes import report_failures
 from tumble.commands import command
 from tumble.engine import State
 from tumble.output_directory import Run, output_directory
@@ -40,13 +39,11 @@ def run(arguments: argparse.Namespace) -> int:
         outcomes = check_all(arguments.observations, out, executor=executor_of(arguments), quiet=arguments.quiet)
         report_failures(out, outcomes, verbose=arguments.verbose)
     done = [outcome for outcome in outcomes if outcome.state is State.DONE]
-    good = all(outcome.result["good"] for outcome in done)
     if arguments.json:
         print(json.dumps([outcome.result for outcome in done]))
     elif not arguments.quiet:
         for outcome in done:
             say_check(outcome.result, with_values=False)
             console().print(f"page: {arguments.out / f'{outcome.name}.check.html'}", soft_wrap=True)
-        then = command("estimate", arguments.observations) if good and done else None
-        console().print(what_next(then), soft_wrap=True)
-    return max(exit_code(outcomes), ALL_MEASURED if good else INCOMPLETE)
+        console().print(check_next(outcomes, command("estimate", arguments.observations)), soft_wrap=True)
+    return check_code(outcomes)

@@ -6,6 +6,9 @@ from typing import Any
 from rich.table import Table
 
 from tumble.cli.console import console
+from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
+from tumble.cli.outcomes import exit_code, what_next
+from tumble.engine import Outcome, State
 
 
 def say_values(name: str, values: Sequence[Mapping[str, Any]]) -> None:
@@ -32,3 +35,18 @@ def say_check(check: Mapping[str, Any], *, with_values: bool) -> None:
         out.print(f"{'bad' if finding['bad'] else 'note'}: {finding['sentence']}", soft_wrap=True)
     for remark in check["remarks"]:
         out.print(f"note: {remark}", soft_wrap=True)
+
+
+def check_code(outcomes: Sequence[Outcome]) -> int:
+    """The exit code of recordings that were checked: 1 where something speaks against a measurement of one."""
+    return max(exit_code(outcomes), ALL_MEASURED if _good(outcomes) else INCOMPLETE)
+
+
+def check_next(outcomes: Sequence[Outcome], then: str) -> str:
+    """The last line of a check: ``then`` is what to type where nothing speaks against a measurement of any."""
+    made = any(outcome.state is not State.FAILED for outcome in outcomes)
+    return what_next(then if made and _good(outcomes) else None)
+
+
+def _good(outcomes: Sequence[Outcome]) -> bool:
+    return all(outcome.result["good"] for outcome in outcomes if outcome.state is State.DONE)

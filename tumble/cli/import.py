@@ -10,11 +10,11 @@ from datasets.errors import InputError
 from datasets.video import Moment
 from datasets.video.header import FASTEST_HZ, SLOWEST_HZ
 from datasets.video.photron import SIDE_CARS
-from tumble.cli.check_words import say_check, say_values
+from tumble.cli.check_words import check_code, check_next, say_check, say_values
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
-from tumble.cli.outcomes import exit_code, report_failures
+from tumble.cli.outcomes import report_failures
 from tumble.commands import command
 from tumble.engine import Outcome, State
 from tumble.importing.gathering import gather
@@ -31,7 +31,8 @@ def parser() -> argparse.ArgumentParser:
         description="Make observations of recordings: Phantom .cine, Photron .mraw with .cihx or .cih, TIFF stacks, folders of pictures\n"
         "(TIFF, PNG, BMP, PGM, JPEG), films (AVI, MP4, MOV; FFV1 without loss), masks (--masks) and outlines (.npz).\n"
         "Every value says where it is from: read from the file, given here, or assumed. Where something is missing, a draft\n"
-        "says what to type (exit code 1). A page shows the outlines over the frames before anything is fitted.\n"
+        "says what to type (exit code 1). A page shows the outlines over the frames before anything is fitted; what speaks against a\n"
+        "measurement is named (exit code 1).\n"
         "Each VIDEO is a flight of its own; with one --camera for each, all of them are cameras of one flight.",
         example="tumble import drop.cine --camera camera.toml --particle out/stone --gravity down --out out/run",
     )
@@ -68,7 +69,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Import; exit code 1 where something is missing or a recording failed."""
+    """Import and check; exit code 1 where something is missing, a recording failed, or something speaks against a measurement."""
     request = request_of(arguments)
     flights = flights_of(arguments.videos, request)
     if arguments.dry_run:
@@ -82,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
         report_failures(out, outcomes, verbose=arguments.verbose)
     missing = any(outcome.result.get("missing") for outcome in outcomes)
     _say(outcomes, arguments)
-    return max(exit_code(outcomes), INCOMPLETE if missing else ALL_MEASURED)
+    return max(check_code(outcomes), INCOMPLETE if missing else ALL_MEASURED)
 
 
 def request_of(arguments: argparse.Namespace) -> Request:
@@ -179,4 +180,5 @@ def _say(outcomes: Sequence[Outcome], arguments: argparse.Namespace) -> None:
     if len(whole) < len(made):
         out.print(f"to complete the draft, type: {_whole_command(arguments)}", soft_wrap=True)
     if whole:
-        out.print(f"next: {command('estimate', arguments.out, '--out', arguments.out.parent / 'estimates')}", soft_wrap=True)
+        own = arguments.out.parent / f"{arguments.out.resolve().name}_estimates"  # of this import: others may lie beside it
+        out.print(check_next(whole, command("estimate", arguments.out, "--out", own)), soft_wrap=True)

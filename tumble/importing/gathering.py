@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.camera_files import observation_at, read_camera, read_gravity
+from datasets.camera_files import observation_at, read_camera, read_gravity, states_principal_point
 from datasets.errors import InputError
 from datasets.names import file_name
 from datasets.observation import CalibratedView, Made, Observation, Recording
@@ -22,6 +22,7 @@ from tumble.result_files import observations_in
 
 Array = NDArray[np.float64]
 STANDARD_GRAVITY_MS2 = 9.80665
+CROPPED = "their centre is not where the lens's axis is"
 CAMERA = Missing(
     "camera",
     "lengths need the camera's focal length in pixels",
@@ -81,6 +82,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
     values += [
         Value("camera", _lens(c), str(p.resolve()), Origin.GIVEN, f"--camera {p}") for c, p in zip(cameras, request.cameras, strict=True)
     ]
+    values += [_principal_point(c, k, p) for k, (c, p) in enumerate(zip(cameras, request.cameras, strict=True))]
     missing += [] if cameras else [CAMERA]
     values += [] if request.length_sigma is None else [_lengths(request.length_sigma)]
     particle = None if request.particle is None else _particle(request.particle)
@@ -146,6 +148,21 @@ def _lens(camera: HsvCamera) -> str:
     return f"{words} ± {100.0 * sigma:.2g} %"
 
 
+def _principal_point(camera: HsvCamera, number: int, path: Path) -> Value:
+    """Where the lens's axis meets the picture, and whether the calibration says it."""
+    lens = camera.intrinsics
+    stated = states_principal_point(path, number)
+    return Value(
+        "principal_point",
+        f"({lens.cx_px:.1f}, {lens.cy_px:.1f}) px",
+        [lens.cx_px, lens.cy_px],
+        Origin.GIVEN if stated else Origin.ASSUMED,
+        f"--camera {path}"
+        if stated
+        else f"the centre of the picture. Pictures of a part of the sensor need cx_px, cy_px in {path}: {CROPPED}",
+    )
+
+
 def _particle(path: Path) -> Particle:
     """The views of a particle file, or of an observation."""
     if is_particle(path):
@@ -188,5 +205,5 @@ def _numbers(said: str) -> Array:
     except ValueError:
         vector = np.zeros(0)
     if vector.shape != (3,) or not np.all(np.isfinite(vector)):
-        raise InputError(f"--gravity {said}: expected down, three numbers as in 0,9.81,0, or a file that is there.")
+        raise InputError(f"--gravity {said}: expected down, three numbers as in 0,9.81,0, or a file; there is no such file.")
     return vector
