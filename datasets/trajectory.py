@@ -42,7 +42,7 @@ class Trajectory:
     ``times_s`` (n,) counted from the first row, strictly increasing; ``x_world`` (n, 3) m; ``q_world_tracked`` (n, 4) unit quaternions
     (x, y, z, w), ``omega_world`` (n, 3) rad/s, world frame, and ``gyro`` (n, 3) rad/s, the angular velocity along the tracked frame's axes,
     where they were measured. ``sigma_x``, ``sigma_theta``, ``sigma_omega``, ``sigma_gyro`` (n, 3) standard deviations of each coordinate,
-    where they are known; a rotation's is that of its rotation vector, world frame.
+    where they are known; a rotation's is that of its rotation vector, world frame. ``notes``: what its reader found odd.
     """
 
     name: str
@@ -56,6 +56,7 @@ class Trajectory:
     surroundings: Surroundings
     gyro: Array | None = None
     sigma_gyro: Array | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def whole(self) -> bool:

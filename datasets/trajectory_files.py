@@ -16,6 +16,7 @@ from datasets.errors import InputError
 from datasets.names import file_name
 from datasets.plausibility import FARTHEST_M
 from datasets.plausible_pace import FASTEST_MS, LONGEST_INTERVAL_S
+from datasets.plausible_turns import Spin, check_turns
 from datasets.schema_errors import shown
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.trajectory_surroundings import read_surroundings
@@ -29,6 +30,8 @@ SPINS = {"rads": 1.0, "degs": np.pi / 180.0}
 ANGLES = {"rad": 1.0, "deg": np.pi / 180.0}
 OF_PICTURES = ("observation.json", "*/observation.json", "dataset.json")
 """What a folder of observations holds; tables that lie beside them are no trajectories."""
+SEPARATORS = {";": "semicolons", "\t": "tabs"}
+"""Other separators of columns than commas, as programs write them."""
 LEAST_ROWS = 5
 """Rows of a file, and values of a position that is measured at all."""
 OFF_GRID = 0.01
@@ -88,6 +91,7 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
     if not rows:
         raise InputError(f"{path}: expected a header such as t_s,x_m,y_m,z_m and rows of numbers, got an empty file.")
     (number, header), *rest = rows
+    _check_separators(path, number, header, rest)
     names = [name.strip() for name in header]
     known = _known_names()
     for name in names:
@@ -96,6 +100,18 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
         if names.count(name) > 1:
             raise InputError(f"{path}: line {number}: expected every column once, got {shown(name)} twice.")
     return _table(path, names, rest)
+
+
+def _check_separators(path: Path, number: int, header: Sequence[str], rest: Sequence[tuple[int, Sequence[str]]]) -> None:
+    """Columns are separated by commas, though spreadsheets of many countries write semicolons and decimal commas."""
+    for separator, word in SEPARATORS.items():
+        if any(separator in name for name in header):
+            cells = [cell for _, row in rest[:1] for cell in ",".join(row).split(separator)]
+            first = "points for decimal commas, then " if any("," in cell for cell in cells) else ""
+            came = shown(",".join(header))
+            raise InputError(
+                f"{path}: line {number}: expected columns separated by commas, got {word} in {came}; write {first}commas for {word}."
+            )
 
 
 def _offered(name: str, known: Sequence[str]) -> str:
@@ -158,7 +174,9 @@ def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Traje
     surroundings = read_surroundings(path, given, falls=x is not None)
     if x is None:
         x = np.full((len(times), 3), np.nan)
-    _check_lengths(path, x, times)
+    _check_lengths(path, x, times, next(name for name in TIMES if name in columns))
+    spins = (Spin(_of_axes(columns, prefix), each, prefix != "w") for prefix, each in (("w", omega), ("gyro_", gyro)) if each is not None)
+    notes = check_turns(path, times, q, tuple(spins))
     theta = next(
         (np.tile(columns[f"sigma_theta_{u}"][:, None] * scale, 3) for u, scale in ANGLES.items() if f"sigma_theta_{u}" in columns), None
     )
@@ -181,6 +199,7 @@ def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Traje
         surroundings=surroundings,
         gyro=gyro,
         sigma_gyro=sigma_gyro,
+        notes=notes,
     )
 
 
@@ -266,6 +285,11 @@ def _vector(path: Path, columns: Columns, prefix: str, units: Mapping[str, float
     return np.column_stack([columns[f"{prefix}{axis}_{found[0]}"] * units[found[0]] if found else empty for axis, found in present.items()])
 
 
+def _of_axes(columns: Columns, prefix: str) -> tuple[str, ...]:
+    """The names of the columns of an angular velocity."""
+    return tuple(name for axis in "xyz" for unit in SPINS if (name := f"{prefix}{axis}_{unit}") in columns)
+
+
 def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array | None:
     names = ("qx", "qy", "qz", "qw")
     missing = [name for name in names if name not in columns]
@@ -285,18 +309,25 @@ def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Arra
     return np.asarray(q / norm[:, None])
 
 
-def _check_lengths(path: Path, x: Array, times: Array) -> None:
-    """Millimetres taken for metres show in how far and how fast things are."""
+def _check_lengths(path: Path, x: Array, times: Array, clock: str) -> None:
+    """Millimetres taken for metres show in how far and how fast things are, seconds that are called ``t_ms`` in how fast alone."""
     if not np.isfinite(x).any():
         return
     far = max(float(np.ptp(column[np.isfinite(column)])) for column in x.T if np.isfinite(column).any())
     steps = np.linalg.norm(np.where(np.isnan(np.diff(x, axis=0)), 0.0, np.diff(x, axis=0)), axis=1)
     fast = float(np.median(steps / np.diff(times)))
-    if not (far <= FARTHEST_M and fast <= FASTEST_MS):
+    if far <= FARTHEST_M and fast <= FASTEST_MS:
+        return
+    slower = [name for name, unit in TIMES.items() if unit > TIMES[clock] and fast * TIMES[clock] / unit <= FASTEST_MS]
+    if far <= FARTHEST_M and slower:
         raise InputError(
-            f"{path}: expected metres (a flight below {FARTHEST_M:g} m and {FASTEST_MS:g} m/s), got {far:.4g} m at {fast:.4g} m/s; "
-            "are they millimetres? Then call the columns x_mm, y_mm, z_mm."
+            f"{path}: {clock}: expected times of a flight below {FASTEST_MS:g} m/s, got {far:.4g} m, which is plausible, at {fast:.4g} "
+            f"m/s, which is not; is it {' or '.join(slower)}?"
         )
+    raise InputError(
+        f"{path}: expected metres (a flight below {FARTHEST_M:g} m and {FASTEST_MS:g} m/s), got {far:.4g} m at {fast:.4g} m/s; "
+        f"are they millimetres? Then call the columns x_mm, y_mm, z_mm.{' Or are the times not in seconds?' if far <= FARTHEST_M else ''}"
+    )
 
 
 def _sigma(path: Path, columns: Array | None, stated: float | None, values: Array | None) -> Array | None:

@@ -6,7 +6,7 @@ latter says goes before. Gravity has no default: where down lies in somebody els
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,8 @@ KEYS = {
     "particle": "a name",
 }
 VECTORS = ("gravity_world", "inertia_ratios", "com_tracked_m", "spin_world_rads")
+LARGEST = {"gravity_world": (STRONGEST_GRAVITY_MS2, "m/s2", "mm/s2"), "com_tracked_m": (FARTHEST_M, "m", "mm")}
+"""Length of a vector at most, its unit, and the unit that is mistaken for it."""
 NAMES = ("world", "tracked", "particle")
 ISOTROPIC = (1.0, 1.0, 1.0)
 
@@ -72,8 +74,16 @@ def _checked(entries: Mapping[str, Any], where: str) -> dict[str, Any]:
             near = difflib.get_close_matches(key, KEYS, n=1, cutoff=0.5)
             raise InputError(f"{where}: unknown key {key!r}; " + (f"did you mean {near[0]}?" if near else f"known: {', '.join(KEYS)}."))
         if not _fits(key, value):
-            raise InputError(f"{where}: at {key}: expected {KEYS[key]}, got {value!r}.")
+            raise InputError(f"{where}: at {key}: expected {KEYS[key]}, got {value!r}{_too_large(key, value)}.")
     return dict(entries)
+
+
+def _too_large(key: str, value: Any) -> str:
+    """That a vector is too large for its unit, where that is what is wrong with it."""
+    if key not in LARGEST or not isinstance(value, list | tuple) or len(value) != 3 or not _are_numbers(value):
+        return ""
+    largest, unit, smaller = LARGEST[key]
+    return f", which is too large (at most {largest:g} {unit}); it looks like {smaller}"
 
 
 def _fits(key: str, value: Any) -> bool:
@@ -82,19 +92,21 @@ def _fits(key: str, value: Any) -> bool:
     numbers = value if key in VECTORS or (key == "sigma_spin_rads" and isinstance(value, list | tuple) and len(value) == 3) else [value]
     if not isinstance(numbers, list | tuple) or (key in VECTORS and len(numbers) != 3):
         return False
-    if not all(isinstance(n, int | float) and not isinstance(n, bool) and np.isfinite(n) for n in numbers):
+    if not _are_numbers(numbers):
         return False
     match key:
-        case "gravity_world":
-            return math.hypot(*numbers) <= STRONGEST_GRAVITY_MS2
-        case "com_tracked_m":
-            return math.hypot(*numbers) <= FARTHEST_M
+        case "gravity_world" | "com_tracked_m":
+            return math.hypot(*numbers) <= LARGEST[key][0]
         case "spin_world_rads":
             return True
         case "inertia_ratios":
             low, middle, high = sorted(numbers)
             return low > 0 and high <= (low + middle) * (1 + 1e-9)
     return bool(min(numbers) > 0)
+
+
+def _are_numbers(values: Sequence[Any]) -> bool:
+    return all(isinstance(n, int | float) and not isinstance(n, bool) and np.isfinite(n) for n in values)
 
 
 def _surroundings(known: Mapping[str, Any]) -> Surroundings:

@@ -162,6 +162,7 @@ def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known,
     free = untouched(list(trajectories.values()))
     touching = {name: (*rows, len(trajectories[name].times_s)) for name, rows in free.items()}
     trajectories |= {name: trajectories[name].between(*rows) for name, rows in free.items()}
+    tell_notes((note for each in trajectories.values() for note in each.notes), quiet=quiet)
     tell_notes((*contact_words(touching, len(trajectories)), *repeated_words(trajectories)), quiet=quiet)
     with progress("register", len(trajectories), quiet=quiet) as advance:
         registered = register_trajectories(list(trajectories.values()), told=advance)

@@ -16,6 +16,7 @@ from estimator.effects.choosing import chosen_effects
 from estimator.effects.link import EffectModel
 from estimator.effects.plug_ins import is_plug_in
 from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.report_contracts import check_reports
 from estimator.measurements.silhouettes.registration import register
 from tumble.result_files import observations_in
 
@@ -75,7 +76,8 @@ def _sequence(source: Path | None) -> Registered:
 
 
 def _checked(effect: EffectModel, registered: Registered) -> tuple[Kept, ...]:
-    return check_contracts(effect, registered.campaign.sequences[0], registered.start.flights[0])
+    sequence, flight = registered.campaign.sequences[0], registered.start.flights[0]
+    return (*check_contracts(effect, sequence, flight), *check_reports(effect, sequence.setting, flight))
 
 
 def _apart(word: str, source: Path | None, limit_s: float) -> tuple[Kept, ...]:

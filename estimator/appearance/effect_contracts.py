@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from estimator.appearance.model_errors import ModelErrors, SequenceTask, model_errors
 from estimator.effects.instrument.curvature_bias import CurvatureBias
-from estimator.effects.link import EffectModel
+from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model, overrides
 from estimator.effects.plug_ins import LINKS
 from estimator.motion.flight import N_PARAMETERS, Flight
@@ -83,15 +83,15 @@ def _errors(effect: EffectModel | None, theta: Array, sequence: SequenceTask, fl
     return model_errors(sequence, flight, model, np.concatenate([np.zeros(len(base.entry.parameters)), theta]))
 
 
-def _zeros(effect: EffectModel, sequence: SequenceTask) -> Array:
-    """No effect: every amplitude at zero, searched parameters where a search begins."""
-    starts = effect.starts(sequence.setting)
+def zeros(effect: EffectModel, setting: Setting) -> Array:
+    """No effect: parameters (q,) with every amplitude at zero, searched ones where a search begins."""
+    starts = effect.starts(setting)
     return starts[len(starts) // 2].astype(np.float64)
 
 
-def _plausible(effect: EffectModel, sequence: SequenceTask) -> Array:
-    """A value within the plausible range, away from zero, that moves outlines by no more than some pixels."""
-    theta = _zeros(effect, sequence)
+def plausible(effect: EffectModel, setting: Setting) -> Array:
+    """Parameters (q,) within the plausible range, away from zero, that move outlines by no more than some pixels."""
+    theta = zeros(effect, setting)
     for i, parameter in enumerate(effect.entry.parameters):
         if parameter.name in effect.entry.sizes:
             low, high = parameter.plausible
@@ -102,13 +102,13 @@ def _plausible(effect: EffectModel, sequence: SequenceTask) -> Array:
 
 def _zero_is_no_effect(effect: EffectModel, sequence: SequenceTask, flight: Flight) -> tuple[bool, str]:
     without = _errors(None, np.zeros(0), sequence, flight).e
-    there = _errors(effect, _zeros(effect, sequence), sequence, flight).e
+    there = _errors(effect, zeros(effect, sequence.setting), sequence, flight).e
     largest = float(np.abs(there - without).max())
     return largest <= SAME_PX, f"at zero the errors change by at most {largest:.1e} px (allowed: {SAME_PX:.0e})"
 
 
 def _pure(effect: EffectModel, sequence: SequenceTask, flight: Flight) -> tuple[bool, str]:
-    theta = _plausible(effect, sequence)
+    theta = plausible(effect, sequence.setting)
     kept = theta.copy()
     first = _errors(effect, theta, sequence, flight).e
     again = _errors(effect, theta, sequence, flight).e
@@ -117,17 +117,17 @@ def _pure(effect: EffectModel, sequence: SequenceTask, flight: Flight) -> tuple[
 
 
 def _finite_when_plausible(effect: EffectModel, sequence: SequenceTask, flight: Flight) -> tuple[bool, str]:
-    theta = _plausible(effect, sequence)
+    theta = plausible(effect, sequence.setting)
     e = _errors(effect, theta, sequence, flight).e
     named = ", ".join(f"{p.name} = {value:g} {p.unit}" for p, value in zip(effect.entry.parameters, theta, strict=True))
     return bool(np.all(np.isfinite(e))), f"tried with {named}"
 
 
 def _derivatives(effect: EffectModel, sequence: SequenceTask, flight: Flight) -> tuple[bool, str]:
-    theta = _plausible(effect, sequence)
+    theta = plausible(effect, sequence.setting)
     there = _errors(effect, theta, sequence, flight)
     worst, told = 1.0, NOTHING
-    for number, parameter in _smooth(effect):
+    for number, parameter in smooth(effect):
         change = np.zeros(len(theta))
         change[number] = parameter
         high, low = (_errors(effect, theta + sign * change, sequence, flight) for sign in (1.0, -1.0))
@@ -141,7 +141,7 @@ def _derivatives(effect: EffectModel, sequence: SequenceTask, flight: Flight) ->
     return worst >= MOST, told
 
 
-def _smooth(effect: EffectModel) -> Iterable[tuple[int, float]]:
+def smooth(effect: EffectModel) -> Iterable[tuple[int, float]]:
     """Parameters in which an effect is smooth, with a step."""
     for number, parameter in enumerate(effect.entry.parameters):
         if parameter.name in effect.entry.sizes:
@@ -162,6 +162,6 @@ def _agreeing(there: ModelErrors, ends: tuple[ModelErrors, ModelErrors, float], 
 
 def _acts(effect: EffectModel, sequence: SequenceTask, flight: Flight) -> tuple[bool, str]:
     without = _errors(None, np.zeros(0), sequence, flight).e
-    theta = _plausible(effect, sequence)
+    theta = plausible(effect, sequence.setting)
     moved = float(np.sqrt(np.mean((_errors(effect, theta, sequence, flight).e - without) ** 2)))
     return moved > INVISIBLE_PX, f"outlines move by {moved:.2g} px RMS"

@@ -161,7 +161,8 @@ class Model:
             seen = partial(effect.tracked, theta[part], setting=setting)
             if number:
                 found = slope_of(seen, x, step_m) @ found
-            found[:, :, part] = effect.tracked_by(theta[part], x, setting)
+            own = effect.tracked_by if holds_of(effect, "tracked_by", "tracked") else partial(EffectModel.tracked_by, effect)
+            found[:, :, part] = own(theta[part], x, setting)
             x = seen(x)
         return found
 

@@ -7,6 +7,7 @@ are not finite ends in an :class:`~datasets.errors.InputError` that names the fi
 
 import difflib
 import importlib.util
+import inspect
 import math
 import sys
 from collections.abc import Callable, Mapping
@@ -175,10 +176,12 @@ class _Watch:
         self.word, self.found = word, found
 
     def guarded(self, link: str, check: Callable[..., Any]) -> Callable[..., Any]:
-        """The link with its check."""
+        """The link with its check; the plug-in's gets its arguments in their order, since it may name them as it likes."""
         original: Callable[..., Any] = getattr(self.found, link)
+        signature = inspect.signature(getattr(EffectModel, link))
 
-        def called(effect: EffectModel, *arguments: Any) -> Any:
+        def called(effect: EffectModel, *given: Any, **named: Any) -> Any:
+            arguments = signature.bind(effect, *given, **named).args[1:] if named else given
             try:
                 answer = original(effect, *arguments)
             except InputError:

@@ -182,6 +182,17 @@ BAD = {
     ),
     "millimetres": (f"{HEADER}\n" + "".join(f"{0.01 * i:g},{5 * i},0,0\n" for i in range(6)), "are they millimetres?"),
     "milliseconds": (f"{HEADER}\n" + "".join(f"{10 * i},{0.01 * i},0,0\n" for i in range(6)), "is it t_ms or t_us?"),
+    "seconds called milliseconds": (
+        f"t_ms,x_m,y_m,z_m\n{rows()}",
+        "t_ms: expected times of a flight below 150 m/s, got 0.015 m, which is plausible, at 374.2 m/s, which is not; is it t_s?",
+    ),
+    "milliseconds called microseconds": ("t_us,x_m\n" + "".join(f"{i},{0.01 * i:g}\n" for i in range(6)), "is it t_s or t_ms?"),
+    "semicolons": ("t_s;x_m\n" + "".join(f"{0.01 * i:g};0\n" for i in range(6)), 'commas, got semicolons in "t_s;x_m"; write commas for'),
+    "decimal commas": (
+        "t_s;x_m\n0,01;0,1\n",
+        'line 1: expected columns separated by commas, got semicolons in "t_s;x_m"; write points for decimal commas, then commas for semi',
+    ),
+    "tabs": ("t_s\tx_m\n0.01\t0.1\n", "write commas for tabs"),
     "a negative deviation": (
         f"{HEADER},sigma_x_m,sigma_y_m,sigma_z_m\n" + "".join(f"{0.01 * i:g},0,0,0,1,1,-1\n" for i in range(6)),
         "expected positive standard deviations, got -1",
@@ -202,7 +213,8 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path: Path, name: str) -> None
 SIDE_CARS = {
     "gravity = [0, 0, -9.81]": "unknown key 'gravity'; did you mean gravity_world?",
     "gravity_world = [0, 0]": "at gravity_world: expected three numbers, m/s2, got [0, 0]",
-    "gravity_world = [0, 0, -9810]": "at gravity_world: expected three numbers, m/s2",
+    "gravity_world = [0, 0, -9810]": "m/s2, got [0, 0, -9810], which is too large (at most 300 m/s2); it looks like mm/s2.",
+    "com_tracked_m = [0, 0, 70]": "at com_tracked_m: expected three numbers, m, got [0, 0, 70], which is too large (at most 50 m); it",
     "inertia_ratios = [1, 0.2, 0.3]": "at inertia_ratios: expected three numbers",
     "sigma_x_m = -1": "at sigma_x_m: expected a number, m, got -1",
     "spin_world_rads = [1, 2, 3]": "expected sigma_spin_rads beside spin_world_rads, got none",

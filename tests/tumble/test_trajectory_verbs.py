@@ -15,6 +15,7 @@ from datasets.trajectory import Trajectory
 from tests.estimator.made_trajectories import RATE_HZ, Hidden, Tracker, campaign
 from tests.estimator.measurements.trajectories.struck_tosses import toss
 from tests.estimator.measurements.trajectories.test_gyroscope import gyro_rows
+from tests.tumble.test_effect_writing import diagnosis
 from tumble.cli.campaign_options import values_table
 from tumble.cli.main import main
 from tumble.reports.words import rms_ete_px
@@ -27,6 +28,9 @@ def write_csv(trajectory: Trajectory, folder: Path) -> None:
     if trajectory.q_world_tracked is not None:
         columns.append(trajectory.q_world_tracked)
         names += ["qx", "qy", "qz", "qw"]
+    if trajectory.omega_world is not None:
+        columns.append(trajectory.omega_world)
+        names += ["wx_rads", "wy_rads", "wz_rads"]
     lines = [",".join(repr(float(v)) for v in row) for row in np.hstack(columns)]
     (folder / f"{trajectory.name}.csv").write_text("\n".join([",".join(names), *lines]) + "\n")
 
@@ -59,6 +63,31 @@ def test_diagnose_finds_the_drag_and_says_what_it_could_not_try(tosses: Path, tm
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Not on trial" in page
     assert " px" not in page.split("</style>")[1].split("<footer")[0].replace("px in the", "")
+
+
+@pytest.mark.parametrize("refused", [False, True])
+def test_spins_that_contradict_orientations_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str], *, refused: bool) -> None:
+    """Degrees are refused; swapped axes, which nothing that is tried mends, are noted and measured, though they fit badly."""
+    (tmp_path / "tosses").mkdir()
+    for made in campaign(8, Hidden(), Tracker(rows=20, spin=True), sequences=2):
+        omega = np.asarray(made.omega_world)
+        write_csv(replace(made, omega_world=np.degrees(omega) if refused else omega[:, [1, 2, 0]]), tmp_path / "tosses")
+    assert main(["compare", str(tmp_path / "tosses"), GRAVITY, "--out", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    assert "toss_0.csv: wx_rads, wy_rads, wz_rads: expected the angular velocity, along the world's axes" in told
+    assert ("call the columns wx_degs, wy_degs, wz_degs" in told) is refused
+    assert ("tumble: note: " in told) is not refused
+    assert (tmp_path / "out" / "diagnosis.json").is_file() is not refused
+
+
+def test_a_warp_that_was_written_as_a_plug_in_goes_up_the_ladder(tosses: Path, tmp_path: Path) -> None:
+    """Beside effects of which the links take a setting, as the next command of a real diagnosis has it."""
+    found, law = diagnosis(tmp_path / "diagnosis.json", None, family="volume_warp"), tmp_path / "my_law.py"
+    assert main(["effect", "new", "MyLaw", "--from", str(found), "--out", str(law), "-q"]) == 0
+    effects = f"uniform_acceleration,centre_of_mass,frame_rate,{law}:MyLaw"
+    assert main(["ladder", str(tosses), GRAVITY, "--effects", effects, "--out", str(tmp_path / "out"), "-q"]) == 0
+    steps = read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")["ladder"]
+    assert steps[-1]["added"] == "my_law"
 
 
 def test_a_recording_that_is_there_twice_counts_once(positions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
