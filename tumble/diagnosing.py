@@ -181,7 +181,7 @@ def _unless_too_short(found: Diagnosis, verdict: Verdict, floor: NoiseFloor, cam
     """The verdict, or that the campaign is too short to say anything or the model far off, where most effects would not show in it."""
     if not says_nothing(found):
         return verdict
-    short = far_off(verdict_of(found), checks(campaign.observations)) if floor.beyond else verdict_of(found)
+    short = far_off(verdict_of(found), _checks(campaign)) if floor.beyond else verdict_of(found)
     return replace(short, remarks=(*short.remarks, verdict.sentence, *verdict.remarks))
 
 
@@ -200,7 +200,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     apart = separations(campaign.registered, fit, tests, group)[0] if verdict.kind == "found" else ()
     verdict = replace(verdict, remarks=(*verdict.remarks, *settling(found.group)))
     verdict = advised(verdict, apart, question.command("diagnose", ()))
-    left = found.unknown if verdict.kind == "unknown" else None
+    left = found.unknown if verdict.kind == "unknown" and campaign.misstated is None else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
     odd = not all(value.plausible for finding in found.findings if finding.key in found.missing for value in tested_values(finding.test))
     if odd or _a_force(rest):
@@ -237,10 +237,16 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, campaign: Prepared, at: t
         sentence = f"{before.replace(EXPLAINED, PART_EXPLAINED)}{left}"
         return replace(verdict, sentence=sentence, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
-        return far_off(verdict, (told, *checks(campaign.observations)))
+        return far_off(verdict, (told, *_checks(campaign)))
     more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
     sentence = f"There is something to explain, and no known effect does.{more}"
-    return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *ball_words(campaign.observations), *verdict.remarks))
+    ball = ball_words(campaign.observations, stated=campaign.shape_stated)
+    return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *ball, *verdict.remarks))
+
+
+def _checks(campaign: Prepared) -> tuple[str, ...]:
+    """What to check where a model is far from what was measured."""
+    return tuple(checks(campaign.observations, shape_stated=campaign.shape_stated))
 
 
 def _a_force(rest: Document | None) -> bool:
@@ -312,7 +318,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)
     odd = unbelieved([*shown, *in_place])
-    rest = unknown_entry(explanation.campaign, explanation.fit, None if odd else explanation.left, names, told=told)
+    left = None if odd or campaign.misstated is not None else explanation.left
+    rest = unknown_entry(explanation.campaign, explanation.fit, left, names, told=told)
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(explanation.campaign, explanation.fit), rest)
@@ -386,7 +393,9 @@ def _useless(key: str, question: Question) -> str:
 
 
 def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
-    """A verdict as a part of a document, with what was cut beside it."""
+    """A verdict as a part of a document, with what was cut beside it; in its place what is stated wrongly, where something is."""
+    if campaign.misstated is not None:
+        verdict, then = Verdict("judged", campaign.misstated.sentence, (), ()), campaign.misstated.mend
     touching = (*contact_words(campaign.touching, len(campaign.observations)), *repeated_words(campaign.observations))
     spoiled = spoiled_words(campaign.registered.campaign.sequences)
     return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)

@@ -75,8 +75,10 @@ def gravity_words(observations: Mapping[str, Observation | Trajectory], of: Unce
     )
 
 
-def ball_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
-    """That a body whose turning was measured counts as a ball."""
+def ball_words(observations: Mapping[str, Observation | Trajectory], *, stated: bool) -> Iterator[str]:
+    """That a body whose turning was measured counts as a ball, where nobody has ``stated`` its moments of inertia."""
+    if stated:
+        return
     read = [each for each in observations.values() if isinstance(each, Trajectory)]
     turning = [each for each in read if each.gyro is not None or each.q_world_tracked is not None]
     if turning and all(np.ptp(each.surroundings.body.inertia_ratios) == 0.0 for each in turning):
@@ -86,9 +88,9 @@ def ball_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator
         )
 
 
-def checks(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
-    """What to check where a model is far from what was measured."""
-    yield from ball_words(observations)
+def checks(observations: Mapping[str, Observation | Trajectory], *, shape_stated: bool) -> Iterator[str]:
+    """What to check where a model is far from what was measured; ``shape_stated``: whether the moments of inertia are."""
+    yield from ball_words(observations, stated=shape_stated)
     yield "Check that nothing held or touched the body in any row or frame, and what is stated of it."
     read = [each for each in observations.values() if isinstance(each, Trajectory)]
     if any(sigma is None for each in read for sigma in _noise_of(each)):

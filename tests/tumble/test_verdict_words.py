@@ -61,7 +61,8 @@ def test_what_is_beyond_noise_is_not_called_nothing() -> None:
     nan, numbers = float("nan"), np.zeros(0)
     floor = NoiseFloor(1.0, 0.2, 1.0, 0.2, False, 25.0, (17.0, 37.0), 1.0, numbers, LAGS, numbers, (0.0, 0.1), nan, nan)
     quiet = NoiseFloor(1.0, 0.9, 1.0, 0.9, False, 1.1, (0.8, 1.4), 1.0, numbers, LAGS, numbers, (0.0, 0.1), nan, nan)
-    campaign = cast(Prepared, SimpleNamespace(registered=SimpleNamespace(campaign=SimpleNamespace(kind=TRAJECTORIES)), observations={}))
+    registered = SimpleNamespace(campaign=SimpleNamespace(kind=TRAJECTORIES))
+    campaign = cast(Prepared, SimpleNamespace(registered=registered, observations={}, shape_stated=False))
     at, nothing = (1.0, 0.05), Verdict("nothing missing", "Nothing is missing (probability 93.1%).", ("a remark",), ())
     assert _beyond_noise(nothing, quiet, campaign, at) is nothing
     told = _beyond_noise(nothing, floor, campaign, at)

@@ -23,6 +23,7 @@ from tumble.cli.outcomes import tell_left_out, what_next
 from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.limiting import facts_told
+from tumble.misstated import to_mend
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
@@ -152,13 +153,28 @@ def _told(verb: str, steps: int, *, quiet: bool) -> Iterator[Callable[[str], Non
         yield lambda sentence: print(f"  {sentence}", file=sys.stderr, flush=True)
 
 
+def _say(sentence: str) -> None:
+    console().print(sentence, soft_wrap=True)
+
+
 def say_diagnosis(document: Document) -> None:
-    """What was found, for people."""
+    """What was found, for people; where something is stated wrongly, that alone."""
+    verdict = document["verdict"]
+    too_short, wrong = verdict["kind"] == "says nothing", to_mend(verdict)
+    if not wrong:
+        _say_model(document)
+    for sentence in (verdict["sentence"], *verdict["remarks"]):
+        _say(sentence)
+    if document.get("limits") and document["limits"]["sentence"] and not (too_short or wrong):
+        _say(document["limits"]["sentence"])
+        if document["limits"].get("unseen") and document["limits"]["unseen"]["sentence"]:
+            _say(document["limits"]["unseen"]["sentence"])
+    _say(what_next(None if too_short else verdict["next"]))
+
+
+def _say_model(document: Document) -> None:
+    """Values, candidates and the ladder as tables, and what was on trial and stated."""
     out = console()
-
-    def say(sentence: str) -> None:
-        out.print(sentence, soft_wrap=True)
-
     if values := [*document["values"], *document.get("values_in_place", ())]:
         out.print(values_table(values))
     if document["diagnosis"] is not None and document["verdict"]["kind"] != "says nothing":
@@ -166,22 +182,13 @@ def say_diagnosis(document: Document) -> None:
     if document["ladder"]:
         out.print(ladder_table(document["ladder"], document.get("unit", "px")))
         if document.get("noise_floor") and document["noise_floor"]["floor_px"] > 0.0:
-            say(_floor_sentence(document))
+            _say(_floor_sentence(document))
     if document["diagnosis"] is not None and document.get("not_applicable"):
-        say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
+        _say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
     for sentence in facts_told(document.get("facts", ())):
-        say(sentence)
+        _say(sentence)
     if document.get("drops"):
-        say(drops_sentence(document["drops"]))
-    say(document["verdict"]["sentence"])
-    for remark in document["verdict"]["remarks"]:
-        say(remark)
-    too_short = document["verdict"]["kind"] == "says nothing"
-    if document.get("limits") and document["limits"]["sentence"] and not too_short:
-        say(document["limits"]["sentence"])
-        if document["limits"].get("unseen") and document["limits"]["unseen"]["sentence"]:
-            say(document["limits"]["unseen"]["sentence"])
-    say(what_next(None if too_short else document["verdict"]["next"]))
+        _say(drops_sentence(document["drops"]))
 
 
 def _table(first: str, *headings: str) -> Table:
