@@ -51,7 +51,16 @@ from tumble.limiting import beside_words, fact_entries, limits_entry, name_entri
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import advised
-from tumble.reports.verdict import EXPLAINED, NOTHING_MORE, PART_EXPLAINED, Verdict, far_off, verdict_of, verdict_of_explanation
+from tumble.reports.verdict import (
+    EXPLAINED,
+    NOT_ESTABLISHED,
+    NOTHING_MORE,
+    PART_EXPLAINED,
+    Verdict,
+    far_off,
+    verdict_of,
+    verdict_of_explanation,
+)
 from tumble.reports.words import model_words, rms_word
 from tumble.result_files import estimate_path
 from tumble.told_models import in_place_values, models_told
@@ -238,8 +247,10 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, campaign: Prepared, at: t
         return replace(verdict, sentence=sentence, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
         return far_off(verdict, (told, *_checks(campaign)))
-    more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
-    sentence = f"There is something to explain, and no known effect does.{more}"
+    explains = (
+        "no known effect does." if verdict.kind == "nothing missing" else f"no known effect is established for it. {verdict.sentence}"
+    )
+    sentence = f"There is something to explain, and {explains}".replace(f" {NOT_ESTABLISHED}", "")
     ball = ball_words(campaign.observations, stated=campaign.shape_stated)
     return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *ball, *verdict.remarks))
 
@@ -313,7 +324,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     steps, apart = _step_entries(explanation, campaign)
     axes = (*axes_words(campaign.observations, explanation.found), *gravity_words(campaign.observations, of))
     unnamed = beside_words(left_out(best, explanation.fit.model.keys))
-    of_found = (*map(names_sentence, groups), *axes, *scattered(explanation), *unnamed, *models_told(explanation))
+    of_found = (*filter(None, map(names_sentence, groups)), *axes, *scattered(explanation), *unnamed, *models_told(explanation))
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *([] if contact is None else [contact.sentence])))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)

@@ -16,6 +16,8 @@ from tumble.numbers import compact
 from tumble.reports.verdict import Verdict
 
 Array = NDArray[np.float64]
+GRAVITY_OFF_MS2 = EFFECTS["gravity"].parameters[0].plausible[1]
+"""How far off a stated gravity is expected to be at most (m/s²)."""
 CLEAR = 3.0
 """Standard deviations from which a tilt is told."""
 
@@ -50,7 +52,9 @@ def fall_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator
     shares = [share_of_gravity(each.times_s, each.x_world, each.surroundings.gravity_world) for each in told]
     known = [share for share in shares if share is not None]
     if known:
-        yield f"Positions fall with {np.median(known):.3g} times the stated gravity (along it, median of {len(known)} sequences)."
+        share, size = float(np.median(known)), float(np.median([np.linalg.norm(t.surroundings.gravity_world) for t in told]))
+        air = " Lift, drag or wind make that, too." if abs(share - 1.0) * size > GRAVITY_OFF_MS2 else ""
+        yield f"Positions fall with {share:.3g} times the stated gravity (along it, median of {len(known)} sequences).{air}"
 
 
 def gravity_words(observations: Mapping[str, Observation | Trajectory], of: Uncertain) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from rich.table import Table
 
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import Document, plain, read_document, write_document
+from datasets.vocabulary.effects import begins, in_words
 from estimator.effects.choosing import chosen_effects
 from estimator.fitting.side_by_side import processes
 from estimator.reports.misfit_words import p_words
@@ -183,6 +185,8 @@ def _say_model(document: Document) -> None:
         out.print(ladder_table(document["ladder"], document.get("unit", "px")))
         if document.get("noise_floor") and document["noise_floor"]["floor_px"] > 0.0:
             _say(_floor_sentence(document))
+        for sentence in _raised(document):
+            _say(sentence)
     if document["diagnosis"] is not None and document.get("not_applicable"):
         _say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
     for sentence in facts_told(document.get("facts", ())):
@@ -204,7 +208,24 @@ def _floor_sentence(document: Document) -> str:
     """How far the last rung is from what noise alone would leave."""
     unit, floor = document.get("unit", "px"), document["noise_floor"]["floor_px"]
     last = document["ladder"][-1]["held_out"]["rms_px"]
+    if last < floor:
+        return (
+            f"Noise alone would leave {floor:.4f} {unit}, judged by how much neighbouring rows or frames differ; the last model leaves "
+            f"{1.0 - last / floor:.1%} less on what was not fitted: no more than noise, by that measure."
+        )
     return f"Noise alone would leave {floor:.4f} {unit}; the last model is {last / floor - 1.0:+.1%} from that on what was not fitted."
+
+
+def _raised(document: Document) -> Iterator[str]:
+    """What to think of rungs of a ladder that raise the error on what was not fitted, though the evidence asks for their effects."""
+    established = {step["added"] for step in document.get("steps") or () if step["established"]}
+    for before, rung in pairwise(document["ladder"]):
+        change = rung["held_out"]["rms_px"] / before["held_out"]["rms_px"] - 1.0
+        if change > 0.0 and rung["added"] in established:
+            yield (
+                f"{begins(in_words(rung['added']))} is in the model by the evidence of the rows that were fitted; on what was not fitted "
+                f"the error is {change:.1%} larger with it."
+            )
 
 
 def values_table(values: list[Mapping[str, Any]]) -> Table:
