@@ -329,13 +329,12 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)
     odd = unbelieved([*shown, *in_place])
-    left = None if odd or campaign.misstated is not None else explanation.left
+    left = None if odd or campaign.misstated else explanation.left
     rest = unknown_entry(explanation.campaign, explanation.fit, left, names, told=told)
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(explanation.campaign, explanation.fit), rest)
-    sure = explanation.left.sure if explanation.left is not None else 1.0
-    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=sure)
+    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=1.0 if left is None else left.sure)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
