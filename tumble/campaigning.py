@@ -12,8 +12,11 @@ from datasets.errors import InputError
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
 from datasets.particle_files import read_particle, with_particle
+from datasets.toml_text import read_toml
 from datasets.trajectory import Trajectory
 from datasets.trajectory_files import read_trajectory, trajectories_in
+from datasets.trajectory_surroundings import FOLDER_FILE
+from datasets.vocabulary.effects import EFFECTS
 from estimator.data.configuration import Configuration
 from estimator.effects.choosing import catalogue, refuse_without_gravity
 from estimator.effects.link import EffectModel
@@ -22,6 +25,7 @@ from estimator.fitting.campaigns.registered import Registered
 from estimator.measurements.silhouettes.registration import register
 from estimator.measurements.trajectories.impacts import untouched
 from estimator.measurements.trajectories.registering import register_trajectories
+from tumble.misstated import Misstated, misstated
 from tumble.notes import tell_notes
 from tumble.progress import progress
 from tumble.reasons import grouped
@@ -73,12 +77,15 @@ class Prepared:
     """A campaign with what its sequences were made from, by name, and why others were left out.
 
     ``touching``: from which to before which row a trajectory touches nothing, which alone are in the campaign, and how many it has.
+    ``misstated``: what is stated wrongly of trajectories, if anything; ``shape_stated``: whether the moments of inertia of all are stated.
     """
 
     registered: Registered
     observations: Mapping[str, Observation | Trajectory]
     left_out: dict[str, str]
     touching: Mapping[str, tuple[int, int, int]] = field(default_factory=dict)
+    misstated: Misstated | None = None
+    shape_stated: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -166,7 +173,17 @@ def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known,
     tell_notes((*contact_words(touching, len(trajectories)), *repeated_words(trajectories)), quiet=quiet)
     with progress("register", len(trajectories), quiet=quiet) as advance:
         registered = register_trajectories(list(trajectories.values()), told=advance)
-    return Prepared(registered, trajectories, left_out, touching)
+    plug_ins = [effect for effect in effects if effect.entry.key not in EFFECTS]
+    wrong = None if plug_ins else misstated(trajectories, source, known.surroundings)
+    return Prepared(registered, trajectories, left_out, touching, wrong, _shape_stated(source, known))
+
+
+def _shape_stated(source: Path, known: Known) -> bool:
+    """Whether the moments of inertia of every trajectory are stated, by a mesh or in a side-car."""
+    return known.mesh is not None or all(
+        any(file.is_file() and "inertia_ratios" in read_toml(file) for file in (path.parent / FOLDER_FILE, path.with_suffix(".toml")))
+        for path in trajectories_in(source)
+    )
 
 
 def contact_words(touching: Mapping[str, tuple[int, int, int]], of: int) -> tuple[str, ...]:

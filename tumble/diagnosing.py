@@ -51,10 +51,19 @@ from tumble.limiting import beside_words, fact_entries, limits_entry, name_entri
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import advised
-from tumble.reports.verdict import EXPLAINED, NOTHING_MORE, PART_EXPLAINED, Verdict, far_off, verdict_of, verdict_of_explanation
+from tumble.reports.verdict import (
+    EXPLAINED,
+    NOT_ESTABLISHED,
+    NOTHING_MORE,
+    PART_EXPLAINED,
+    Verdict,
+    far_off,
+    verdict_of,
+    verdict_of_explanation,
+)
 from tumble.reports.words import model_words, rms_word
 from tumble.result_files import estimate_path
-from tumble.told_models import in_place_values, likely_words, models_told, without_suspected
+from tumble.told_models import in_place_values, models_told, told_beside, without_suspected
 from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, spoiled_words, unknown_entry, with_unknown
 from tumble.unseen import with_unseen
@@ -181,7 +190,7 @@ def _unless_too_short(found: Diagnosis, verdict: Verdict, floor: NoiseFloor, cam
     """The verdict, or that the campaign is too short to say anything or the model far off, where most effects would not show in it."""
     if not says_nothing(found):
         return verdict
-    short = far_off(verdict_of(found), checks(campaign.observations)) if floor.beyond else verdict_of(found)
+    short = far_off(verdict_of(found), _checks(campaign)) if floor.beyond else verdict_of(found)
     return replace(short, remarks=(*short.remarks, verdict.sentence, *verdict.remarks))
 
 
@@ -200,7 +209,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     apart = separations(campaign.registered, fit, tests, group)[0] if verdict.kind == "found" else ()
     verdict = replace(verdict, remarks=(*verdict.remarks, *settling(found.group)))
     verdict = advised(verdict, apart, question.command("diagnose", ()))
-    left = found.unknown if verdict.kind == "unknown" else None
+    left = found.unknown if verdict.kind == "unknown" and campaign.misstated is None else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
     odd = not all(value.plausible for finding in found.findings if finding.key in found.missing for value in tested_values(finding.test))
     if odd or _a_force(rest):
@@ -237,10 +246,18 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, campaign: Prepared, at: t
         sentence = f"{before.replace(EXPLAINED, PART_EXPLAINED)}{left}"
         return replace(verdict, sentence=sentence, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
-        return far_off(verdict, (told, *checks(campaign.observations)))
-    more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
-    sentence = f"There is something to explain, and no known effect does.{more}"
-    return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *ball_words(campaign.observations), *verdict.remarks))
+        return far_off(verdict, (told, *_checks(campaign)))
+    explains = (
+        "no known effect does." if verdict.kind == "nothing missing" else f"no known effect is established for it. {verdict.sentence}"
+    )
+    sentence = f"There is something to explain, and {explains}".replace(f" {NOT_ESTABLISHED}", "")
+    ball = ball_words(campaign.observations, stated=campaign.shape_stated)
+    return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *ball, *verdict.remarks))
+
+
+def _checks(campaign: Prepared) -> tuple[str, ...]:
+    """What to check where a model is far from what was measured."""
+    return tuple(checks(campaign.observations, shape_stated=campaign.shape_stated))
 
 
 def _a_force(rest: Document | None) -> bool:
@@ -307,20 +324,19 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     steps, apart = _step_entries(explanation, campaign)
     axes = (*axes_words(campaign.observations, explanation.found), *gravity_words(campaign.observations, of))
     unnamed = beside_words(left_out(best, explanation.fit.model.keys))
-    of_found = (*map(names_sentence, groups), *without_suspected(explanation, campaign), *axes, *scattered(explanation), *unnamed)
-    of_found = (*of_found, *models_told(explanation))
+    named_so = (*filter(None, map(names_sentence, groups)), *without_suspected(explanation, campaign))
+    of_found = (*named_so, *axes, *scattered(explanation), *unnamed, *models_told(explanation))
     verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *([] if contact is None else [contact.sentence])))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)
     odd = unbelieved([*shown, *in_place])
-    rest = unknown_entry(explanation.campaign, explanation.fit, None if odd else explanation.left, names, told=told)
+    left = None if odd or campaign.misstated else explanation.left
+    rest = unknown_entry(explanation.campaign, explanation.fit, left, names, told=told)
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(explanation.campaign, explanation.fit), rest)
-    sure = explanation.left.sure if explanation.left is not None else 1.0
-    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=sure)
-    verdict = replace(verdict, remarks=(*likely_words(explanation), *verdict.remarks))
-    verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
+    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=1.0 if left is None else left.sure)
+    verdict = _beyond_noise(told_beside(verdict, explanation), floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
     content, beside = _content("explain", question, campaign, of), diagnosis_at(best, ended=True).findings
@@ -388,7 +404,9 @@ def _useless(key: str, question: Question) -> str:
 
 
 def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
-    """A verdict as a part of a document, with what was cut beside it."""
+    """A verdict as a part of a document, with what was cut beside it; in its place what is stated wrongly, where something is."""
+    if campaign.misstated is not None:
+        verdict, then = Verdict("judged", campaign.misstated.sentence, (), ()), campaign.misstated.mend
     touching = (*contact_words(campaign.touching, len(campaign.observations)), *repeated_words(campaign.observations))
     spoiled = spoiled_words(campaign.registered.campaign.sequences)
     return verdict_entry(replace(verdict, remarks=(*touching, *spoiled, *verdict.remarks)), then)

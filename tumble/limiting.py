@@ -125,14 +125,24 @@ def _name_entry(name: UnderName) -> Entry:
 
 
 def names_sentence(group: Sequence[UnderName]) -> str:
-    """A number under each of its names, and what would settle which it is."""
+    """A number under each of its names, and what would settle which it is; without names that are zero, which stand for nothing.
+
+    Empty where one name alone is left.
+    """
+    group = [*group[:1], *(name for name in group[1:] if not _nothing(name))]
     known = [_under(name) for name in group if not name.unknown]
     unknown = sum(name.probability for name in group if name.unknown)
     names = [*known, *([f"{NOTHING_KNOWN} ({_odds(unknown)})"] if unknown else [])]
     single = [name for name in group if name.key in SETTLED_BY]
     ways = [f"{SETTLED_BY[name.key]}, to ±{_well_enough(name, group)} or better" for name in single]
     settled = f" State one of them with --known, and it is settled: {'; '.join(ways)}." if ways else ""
-    return f"One number, {len(names)} names: {' or '.join(names)}.{settled}"
+    return f"One number, {len(names)} names: {' or '.join(names)}.{settled}" if len(names) > 1 else ""
+
+
+def _nothing(name: UnderName) -> bool:
+    """Whether all values of a name are zero within their error bars."""
+    values, sigmas = (np.concatenate([getattr(part, of) for part in name.parts]) for of in ("mean", "sigma"))
+    return len(values) > 0 and bool(np.all(np.abs(values) <= sigmas))
 
 
 def beside_words(left_out: Sequence[UnderName]) -> tuple[str, ...]:

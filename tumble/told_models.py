@@ -5,6 +5,7 @@ without it, or nothing would be left to see: noise floor, maps, tests and ladder
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from estimator.diagnosis.explain import ESTABLISHED, Explanation
 from estimator.diagnosis.selection.groups import FACTOR
@@ -15,7 +16,7 @@ from estimator.reports.campaign_reporting import EffectValue, effect_values
 from tumble.campaigning import Prepared
 from tumble.diagnosis_documents import keys_of
 from tumble.numbers import compact
-from tumble.reports.verdict import percent, value_words
+from tumble.reports.verdict import Verdict, percent, value_words
 from tumble.reports.words import in_words, model_words, names_in_words
 
 
@@ -42,14 +43,15 @@ def in_place_values(explanation: Explanation, campaign: Prepared) -> tuple[Effec
     return tuple(value for value in values if value.effect in explanation.in_place)
 
 
-def likely_words(explanation: Explanation) -> tuple[str, ...]:
-    """Effects of the catalogue that are not improbable where something unknown was found, in a sentence; none where there are none."""
+def told_beside(verdict: Verdict, explanation: Explanation) -> Verdict:
+    """The verdict with the effects of the catalogue that are not improbable where something unknown was found, before its other remarks."""
     if explanation.left is None or not explanation.left.present:
-        return ()
+        return verdict
     elsewhere = {*explanation.found, *explanation.path[-1].keys, *(key for step in explanation.steps for key in step.group)}
     others = [f for f in explanation.diagnosis.findings if f.probability > 1.0 / (1.0 + FACTOR) and f.key not in elsewhere]
     told = [f"{in_words(f.key)} ({percent(f.probability)}; {value_words(f)})" for f in sorted(others, key=lambda f: -f.probability)]
-    return (f"In its place, or beside it, may be: {', '.join(told)}.",) if told else ()
+    likely = (f"In its place, or beside it, may be: {', '.join(told)}.",) if told else ()
+    return replace(verdict, remarks=(*likely, *verdict.remarks))
 
 
 def without_suspected(explanation: Explanation, campaign: Prepared) -> Iterator[str]:

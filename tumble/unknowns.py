@@ -9,7 +9,7 @@ import numpy as np
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage, in_words
-from estimator.diagnosis.diagnose import Unknown
+from estimator.diagnosis.diagnose import ALPHA, Unknown
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
 from estimator.diagnosis.explain import ESTABLISHED
@@ -178,7 +178,7 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     words = " and ".join(FAMILY_WORDS[effect.entry.key] for effect in found.terms)
     removed = found.removed
     before, after = (f"{each.rms_px:.4f} {unit}" for each in (removed.before, removed.after))
-    sits = f"It sits in the {left.stage.value} ({p_words(left.p)})"
+    sits = _place(left)
     if removed.after.rms_px < removed.before.rms_px:
         said = [
             f"{sits}: with {words} of no stated law the {rms} goes from {before} to {after}, {removed.share:.0%} of the excess over the "
@@ -203,6 +203,13 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     if needless:
         said.append(f"Beside this law nothing is left for {', '.join(map(in_words, needless))}: leave it out.")
     return said
+
+
+def _place(left: Unknown) -> str:
+    """At which stage something unknown sits, where its test is significant."""
+    if left.p < ALPHA:
+        return f"It sits in the {left.stage.value} ({p_words(left.p)})"
+    return f"These data do not show where it sits (most probably in the {left.stage.value}, without a significant test: {p_words(left.p)})"
 
 
 def _nearest_law(law: LawFit, rms: str, unit: str) -> str:

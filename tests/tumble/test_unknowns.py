@@ -1,5 +1,6 @@
 """From a force that no effect of the catalogue is to a plug-in that lowers the error: document, words, report, file, contracts, ladder."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -33,7 +34,7 @@ from tumble.diagnosis_documents import Entry
 from tumble.limiting import beside_words, names_sentence
 from tumble.reports.campaign_page import render
 from tumble.reports.verdict import Verdict, verdict_of_explanation
-from tumble.unknowns import NO_LAW, _exponent_words, _sentences, law_command, unknown_entry, with_unknown
+from tumble.unknowns import NO_LAW, _exponent_words, _place, _sentences, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")
 LEFT = "Part of what the campaign shows is explained with gravity. Something is left that no effect of the catalogue explains."
@@ -170,6 +171,27 @@ def test_a_number_has_the_unknown_among_its_names_once() -> None:
     )
 
 
+def test_a_name_whose_values_are_zero_stands_for_nothing() -> None:
+    def named(key: str, value: float, sigma: float, probability: float) -> UnderName:
+        return UnderName((Part(key, EFFECTS[key].parameters[:1], np.array([value]), np.array([sigma])),), probability)
+
+    clock, wind, drag = (
+        named("frame_rate", 7e-3, 1e-3, 0.98),
+        named("steady_wind", 0.0, 2.5e-3, 0.01),
+        named("linear_drag", 0.2, 0.02, 0.01),
+    )
+    assert names_sentence((clock, wind)) == ""
+    assert names_sentence((clock, wind, drag)).startswith("One number, 2 names: frame rate relative 0.0070 ± 0.0010 (98%) or linear drag")
+
+
+def test_a_place_is_named_where_its_test_is_significant_only() -> None:
+    rest = left()[1]
+    assert _place(rest).startswith("It sits in the dynamics (p ")
+    assert _place(replace(rest, p=0.45)) == (
+        "These data do not show where it sits (most probably in the dynamics, without a significant test: p = 4.5e-01)"
+    )
+
+
 def test_what_is_probable_beside_something_unknown_is_told_with_its_values() -> None:
     lift = UnderName((Part("magnus_lift", (EFFECTS["magnus_lift"].parameters[0],), np.array([5e-4]), np.array([2e-4])),), 0.88)
     family = UnderName((Part("volume_warp", (), np.zeros(0), np.zeros(0)),), 0.97, unknown=True)
@@ -207,6 +229,23 @@ def test_the_verdict_has_the_other_names_of_what_was_found() -> None:
     told = verdict_of_explanation(last, found).sentence
     assert told.startswith("Part of what the campaign shows is explained with gravity (or")
     assert told.endswith("Or something that no known effect describes has the place of gravity (10.0%).")
+
+
+def test_what_is_less_probable_than_something_unknown_is_not_told_as_the_explanation() -> None:
+    def named(key: str, probability: float, *, unknown: bool) -> UnderName:
+        return UnderName((Part(key, (), np.zeros(0), np.zeros(0)),), probability, unknown)
+
+    last, found = Verdict("found", "The model misses something.", (), ("gravity",)), explanation("gravity", "spin_damping")
+    found.steps[0].names = (named("gravity", 1.0, unknown=False),)
+    found.steps[1].names = (named("spin_damping", 0.36, unknown=False), named("torque_curve", 0.64, unknown=True))
+    assert verdict_of_explanation(last, found).sentence == (
+        "Part of what the campaign shows is explained with gravity. Beside that is something that no known effect describes (64.0%) or, "
+        "less probably, spin damping. Then nothing more is missing."
+    )
+    found.steps = found.steps[1:]
+    assert verdict_of_explanation(last, found).sentence.startswith(
+        "What is missing is something that no known effect describes (64.0%) or,"
+    )
 
 
 def test_what_is_left_is_told_beside_what_was_found() -> None:

@@ -5,6 +5,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from rich.table import Table
 
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import Document, plain, read_document, write_document
+from datasets.vocabulary.effects import begins, in_words
 from estimator.effects.choosing import chosen_effects
 from estimator.fitting.side_by_side import processes
 from estimator.reports.misfit_words import p_words
@@ -23,6 +25,7 @@ from tumble.cli.outcomes import tell_left_out, what_next
 from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.limiting import facts_told
+from tumble.misstated import to_mend
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
@@ -152,13 +155,28 @@ def _told(verb: str, steps: int, *, quiet: bool) -> Iterator[Callable[[str], Non
         yield lambda sentence: print(f"  {sentence}", file=sys.stderr, flush=True)
 
 
+def _say(sentence: str) -> None:
+    console().print(sentence, soft_wrap=True)
+
+
 def say_diagnosis(document: Document) -> None:
-    """What was found, for people."""
+    """What was found, for people; where something is stated wrongly, that alone."""
+    verdict = document["verdict"]
+    too_short, wrong = verdict["kind"] == "says nothing", to_mend(verdict)
+    if not wrong:
+        _say_model(document)
+    for sentence in (verdict["sentence"], *verdict["remarks"]):
+        _say(sentence)
+    if document.get("limits") and document["limits"]["sentence"] and not (too_short or wrong):
+        _say(document["limits"]["sentence"])
+        if document["limits"].get("unseen") and document["limits"]["unseen"]["sentence"]:
+            _say(document["limits"]["unseen"]["sentence"])
+    _say(what_next(None if too_short else verdict["next"]))
+
+
+def _say_model(document: Document) -> None:
+    """Values, candidates and the ladder as tables, and what was on trial and stated."""
     out = console()
-
-    def say(sentence: str) -> None:
-        out.print(sentence, soft_wrap=True)
-
     if values := [*document["values"], *document.get("values_in_place", ())]:
         out.print(values_table(values))
     if document["diagnosis"] is not None and document["verdict"]["kind"] != "says nothing":
@@ -166,22 +184,15 @@ def say_diagnosis(document: Document) -> None:
     if document["ladder"]:
         out.print(ladder_table(document["ladder"], document.get("unit", "px")))
         if document.get("noise_floor") and document["noise_floor"]["floor_px"] > 0.0:
-            say(_floor_sentence(document))
+            _say(_floor_sentence(document))
+        for sentence in _raised(document):
+            _say(sentence)
     if document["diagnosis"] is not None and document.get("not_applicable"):
-        say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
+        _say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
     for sentence in facts_told(document.get("facts", ())):
-        say(sentence)
+        _say(sentence)
     if document.get("drops"):
-        say(drops_sentence(document["drops"]))
-    say(document["verdict"]["sentence"])
-    for remark in document["verdict"]["remarks"]:
-        say(remark)
-    too_short = document["verdict"]["kind"] == "says nothing"
-    if document.get("limits") and document["limits"]["sentence"] and not too_short:
-        say(document["limits"]["sentence"])
-        if document["limits"].get("unseen") and document["limits"]["unseen"]["sentence"]:
-            say(document["limits"]["unseen"]["sentence"])
-    say(what_next(None if too_short else document["verdict"]["next"]))
+        _say(drops_sentence(document["drops"]))
 
 
 def _table(first: str, *headings: str) -> Table:
@@ -197,7 +208,24 @@ def _floor_sentence(document: Document) -> str:
     """How far the last rung is from what noise alone would leave."""
     unit, floor = document.get("unit", "px"), document["noise_floor"]["floor_px"]
     last = document["ladder"][-1]["held_out"]["rms_px"]
+    if last < floor:
+        return (
+            f"Noise alone would leave {floor:.4f} {unit}, judged by how much neighbouring rows or frames differ; the last model leaves "
+            f"{1.0 - last / floor:.1%} less on what was not fitted: no more than noise, by that measure."
+        )
     return f"Noise alone would leave {floor:.4f} {unit}; the last model is {last / floor - 1.0:+.1%} from that on what was not fitted."
+
+
+def _raised(document: Document) -> Iterator[str]:
+    """What to think of rungs of a ladder that raise the error on what was not fitted, though the evidence asks for their effects."""
+    established = {step["added"] for step in document.get("steps") or () if step["established"]}
+    for before, rung in pairwise(document["ladder"]):
+        change = rung["held_out"]["rms_px"] / before["held_out"]["rms_px"] - 1.0
+        if change > 0.0 and rung["added"] in established:
+            yield (
+                f"{begins(in_words(rung['added']))} is in the model by the evidence of the rows that were fitted; on what was not fitted "
+                f"the error is {change:.1%} larger with it."
+            )
 
 
 def values_table(values: list[Mapping[str, Any]]) -> Table:

@@ -13,7 +13,12 @@ def floor_sentence(floor: NoiseFloor, unit: str, at: tuple[float, float]) -> str
             f"The residuals are {floor.rms_px:.2f} times the noise that each sequence shows; noise that is new in every row or frame "
             f"makes {floor.floor_px:.2f} of that ({interval}; noise alone: 1 or less)."
         )
-        return _concluded(floor, said, f"{floor.excess_px:.2f} times the noise, alike in neighbouring rows or frames", at)
+        excess = f"{floor.excess_px:.2f} times the noise, alike in neighbouring rows or frames"
+        if floor.rms_px < 1.0:
+            excess = (
+                f"{floor.excess_px:.2f} of those {floor.rms_px:.2f} is alike in neighbouring rows or frames, as noise that is new is not"
+            )
+        return _concluded(floor, said, excess, at)
     said = (
         f"The residuals are {floor.rms_px:.3f} px RMS; noise that changes with every frame makes {floor.repeated_px:.3f} px of that "
         f"({interval}; up to {floor.allowed:.2f} may come of the calibrated views and of hulls that are not quite the body)."

@@ -13,6 +13,7 @@ from tumble.reports.words import names_in_words
 NOTHING_KNOWN = "something that no known effect describes"
 NOTHING_MORE = "Then nothing more is missing"
 EXPLAINED, PART_EXPLAINED = "The campaign is explained with", "Part of what the campaign shows is explained with"
+NOT_ESTABLISHED = "Nothing is established."
 MOST_LIKELY = 4
 """Effects that are told where none stands out."""
 
@@ -55,7 +56,7 @@ def verdict_of(diagnosis: Diagnosis, *, named: Collection[str] = (), seen: Colle
     if not diagnosis.missing:
         sure = percent(diagnosis.probability)
         if diagnosis.probability < 0.5:
-            return Verdict("judged", f"Nothing is established. {likely_more(diagnosis)}", tuple(_blind(diagnosis, named, seen)), ())
+            return Verdict("judged", f"{NOT_ESTABLISHED} {likely_more(diagnosis)}", tuple(_blind(diagnosis, named, seen)), ())
         sentence = f"Nothing is missing (probability {sure}): with none of {n} further effects is the model more probable."
         needless = (f"The evidence does without: {_listed(diagnosis.superfluous)}.",) if diagnosis.superfluous else ()
         return Verdict("nothing missing", sentence, (*needless, *_blind(diagnosis, named, seen)), ())
@@ -78,8 +79,11 @@ def far_off(short: Verdict, checks: Iterable[str]) -> Verdict:
 def likely_more(diagnosis: Diagnosis) -> str:
     """That something more is probably missing, though no one effect stands out."""
     likely = sorted((f for f in diagnosis.findings if f.probability > 1.0 / (1.0 + FACTOR)), key=lambda f: -f.probability)[:MOST_LIKELY]
-    told = f": {' or '.join(f.key.replace('_', ' ') for f in likely)}" if likely else ""
-    return f"Something more is probably missing ({percent(1.0 - diagnosis.probability)}), and the data do not tell what{told}."
+    sure = percent(1.0 - diagnosis.probability)
+    if len(likely) == 1:
+        return f"Suspected, though not established: {in_words(likely[0].key)} or something in its place ({sure})."
+    told = f": {' or '.join(in_words(f.key) for f in likely)}" if likely else ""
+    return f"Something more is probably missing ({sure}), and the data do not tell what{told}."
 
 
 def percent(probability: float) -> str:
@@ -131,9 +135,29 @@ def _with_rivals(step: Step) -> str:
 
 def _instead(explanation: Explanation) -> str:
     """What was found that may be something unknown instead, by the probability of that; nothing where that is improbable."""
-    instead = {step.added: sum(name.probability for name in step.names if name.unknown) for step in explanation.steps if step.established}
-    doubted = [f"{in_words(key)} ({percent(p)})" for key, p in instead.items() if p > 1.0 - ESTABLISHED]
+    instead = {step.added: _unknown_instead(step) for step in explanation.steps if step.established}
+    doubted = [f"{in_words(key)} ({percent(p)})" for key, p in instead.items() if 0.5 >= p > 1.0 - ESTABLISHED]
     return f"{NOTHING_KNOWN} has the place of {' or '.join(doubted)}" if doubted else ""
+
+
+def _unknown_instead(step: Step) -> float:
+    """Probability that something unknown has the place of what a step added."""
+    return sum(name.probability for name in step.names if name.unknown)
+
+
+def _opening(steps: Iterable[Step], *, whole: bool) -> str:
+    """What established ``steps`` explain, the ``whole`` or a part; of those that something unknown outdoes, that is told first."""
+    sure, outdone = [], []
+    for step in steps:
+        if (unknown := _unknown_instead(step)) > 0.5:
+            outdone.append(f"{NOTHING_KNOWN} ({percent(unknown)}) or, less probably, {_with_rivals(step)}")
+        else:
+            sure.append(_with_rivals(step))
+    explained = EXPLAINED if whole and not outdone else PART_EXPLAINED
+    told = [f"{explained} {', '.join(sure)}."] if sure else []
+    if outdone:
+        told.append(f"{'Beside that' if sure else 'What is missing'} is {'; and '.join(outdone)}.")
+    return " ".join(told) or NOT_ESTABLISHED
 
 
 def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
@@ -141,7 +165,6 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     found = explanation.found
     if not found:
         return last
-    sure = [_with_rivals(step) for step in explanation.steps if step.established]
     rest = [step for step in explanation.steps if not step.established]
     suspected = [f"{in_words(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
     remarks: tuple[str, ...] = ()
@@ -152,6 +175,6 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
         more = f"{NOTHING_MORE}{', unless ' * bool(instead)}{instead}."
         if explanation.diagnosis.probability < 0.5:
             more = f"{likely_more(explanation.diagnosis)}{f' Or {instead}.' if instead else ''}"
-    opening = f"{EXPLAINED if more.startswith(NOTHING_MORE) else PART_EXPLAINED} {', '.join(sure)}." if sure else "Nothing is established."
+    opening = _opening((step for step in explanation.steps if step.established), whole=more.startswith(NOTHING_MORE))
     beside = f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
     return Verdict("found", f"{opening}{beside} {more}", remarks, found)
