@@ -323,10 +323,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
     axes = (*axes_words(campaign.observations, explanation.found), *gravity_words(campaign.observations, of))
-    unnamed = beside_words(left_out(best, explanation.fit.model.keys))
-    named_so = (*filter(None, map(names_sentence, groups)), *without_suspected(explanation, campaign))
-    of_found = (*named_so, *axes, *scattered(explanation), *unnamed, *models_told(explanation))
-    verdict = replace(verdict, remarks=(*of_found, *verdict.remarks, *([] if contact is None else [contact.sentence])))
+    unnamed = (*beside_words(left_out(best, explanation.fit.model.keys)), *models_told(explanation))
+    said = (*filter(None, map(names_sentence, groups)), *without_suspected(explanation, campaign), *axes, *scattered(explanation), *unnamed)
+    verdict = replace(verdict, remarks=(*said, *verdict.remarks, *([] if contact is None else [contact.sentence])))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     shown = (value for value in effect_values(registered, of.fit, of.at.plain) if value.effect in explanation.found)
     odd = unbelieved([*shown, *in_place])

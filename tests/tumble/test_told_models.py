@@ -1,108 +1,71 @@
-"""Which model the parts of an explanation are of: in its documents, in its words and on its page."""
+"""What is told beside the models of an explanation: effects in the place of something unknown, and values without one that is suspected."""
 
-from pathlib import Path
-from types import SimpleNamespace
+from collections.abc import Mapping
+from types import SimpleNamespace as Stub
 from typing import Any
 
 import pytest
 
-from datasets.json_documents import Document, read_document
-from estimator.effects.empirical.families import EMPIRICAL
-from tests.estimator.measurements.trajectories.test_warped_volume import STRETCH, TWIST, tosses, warped
-from tests.tumble.test_effect_writing import diagnosis
-from tests.tumble.test_trajectory_verbs import write_csv
-from tumble.cli.main import main
-from tumble.reports.campaign_page import render
-from tumble.reports.words import FAMILY_WORDS, model_words
-from tumble.told_models import models_told
+from estimator.effects.choosing import catalogue
+from estimator.reports.campaign_reporting import EffectValue
+from tumble import told_models
+from tumble.reports.verdict import Verdict
+from tumble.told_models import told_beside, without_suspected
 
-WARP = "something unknown (volume warp: a warp of the volume that positions are measured in)"
+FRAME_RATE = catalogue()["frame_rate"].entry.parameters[0]
 
 
-@pytest.fixture(scope="module")
-def explained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of ``explain`` on tosses in a volume that the tracker twists, which has the place of an acceleration of every toss."""
-    folder = tmp_path_factory.mktemp("twisted")
-    for trajectory in warped([trajectory for trajectory, _ in tosses(0.0)], STRETCH, TWIST):
-        write_csv(trajectory, folder)
-    (folder / "trajectory.toml").write_text("gravity_world = [0.0, 0.0, -9.81]\n")
-    assert main(["explain", str(folder), "--out", str(folder / "out"), "-q"]) == 0
-    return folder / "out"
-
-
-def said_by(folder: Path, kind: str) -> Document:
-    return read_document(folder / f"{kind}.json", kind)
-
-
-def test_a_diagnosis_says_which_model_its_parts_are_of(explained: Path) -> None:
-    found = said_by(explained, "diagnosis")
-    assert "volume_warp" in found["model"]
-    assert "uniform_acceleration" not in found["model"]
-    assert "volume_warp" not in found["model_of_residuals"]
-    assert set(found["model_of_residuals"]) == set(found["ladder"][-1]["model"]) == {step["added"] for step in found["steps"]}
-    assert {value["effect"] for value in found["values"]} == set(found["model"]) - {"volume_warp"}
-    assert {value["effect"] for value in found["values_in_place"]} == {"uniform_acceleration"}
-    (told,) = [remark for remark in found["verdict"]["remarks"] if "without what is unknown" in remark]
-    assert WARP in told
-
-
-def test_values_that_are_told_in_the_unknowns_place_are_in_the_campaign_too(explained: Path) -> None:
-    campaign, found = said_by(explained, "campaign"), said_by(explained, "diagnosis")
-    assert campaign["values_in_place"] == found["values_in_place"] != []
-    keys = {effect["key"] for effect in campaign["effects"]}
-    assert "volume_warp" in keys
-    assert not {value["effect"] for value in campaign["values_in_place"]} & keys
-    assert {value["effect"] for value in campaign["values"]} <= keys
-
-
-def test_the_page_has_both_models(explained: Path) -> None:
-    page = (explained / "report.html").read_text(encoding="utf-8")
-    summary = page.split('<p id="summary">')[1].split("</p>")[0]
-    assert WARP in summary
-    in_place = page.split('<section id="values-in-place">')[1].split("</section>")[0]
-    assert "Uniform acceleration: what each sequence asks for" in in_place
-    for part in ("ladder", "noise-floor", "candidates", "maps"):
-        section = page.split(f'<section id="{part}">')[1].split("</section>")[0]
-        assert "Of the model without what is unknown: " in section
-
-
-def test_a_diagnosis_of_before_has_one_model(tmp_path: Path) -> None:
-    old = read_document(diagnosis(tmp_path / "diagnosis.json", None), "diagnosis")
-    assert "model_of_residuals" not in old
-    page = render(old)
-    assert "none (free flight under the stated gravity)" in page
-    assert "without what is unknown" not in page
+def explanation(**changed: Any) -> Any:
+    """Frame rate is established, linear drag beside it is suspected, and of the others gravity is not improbable."""
+    findings = [Stub(key=key, probability=p) for key, p in (("gravity", 0.17), ("frame_rate", 0.9), ("pixel_aspect", 0.01))]
+    path = (at("frame_rate"), at("frame_rate", "linear_drag"))
+    steps = (step("frame_rate", established=True), step("linear_drag", established=False))
+    given = {"left": Stub(present=True), "found": ("frame_rate",), "path": path, "steps": steps, "diagnosis": Stub(findings=findings)}
+    return Stub(**given, fit=Stub(model=Stub(keys=("frame_rate", "linear_drag"))), **changed)
 
 
 def at(*keys: str) -> Any:
-    effects = tuple(SimpleNamespace(instrument=False, entry=SimpleNamespace(key=key)) for key in keys)
-    return SimpleNamespace(fit=SimpleNamespace(model=SimpleNamespace(effects=effects)))
+    return Stub(keys=keys, members=())
 
 
-def test_velocities_beside_the_unknown_are_said_to_be_where_nothing_was_found() -> None:
-    told: Any = SimpleNamespace(path=(at(), at("volume_warp")), last=at(), found=(), in_place=())
-    assert models_told(told) == (
-        f"v and ω are those beside what is unknown, of this model: {WARP}. "
-        "Noise floor, maps and tests are of the model without what is unknown: free flight.",
+def step(key: str, *, established: bool) -> Any:
+    return Stub(added=key, established=established, group=(key,))
+
+
+@pytest.fixture
+def values(monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str, ...], tuple[float, float]]:
+    """Value and standard deviation of the frame rate by the effects in a model."""
+    known: dict[tuple[str, ...], tuple[float, float]] = {}
+
+    def fitted(at: Any, _campaign: Any) -> tuple[EffectValue, ...]:
+        value, sigma = known[at.keys]
+        return (EffectValue("frame_rate", FRAME_RATE, None, value, sigma),)
+
+    monkeypatch.setattr(told_models, "_values", fitted)
+    return known
+
+
+@pytest.mark.parametrize(("alone", "told"), [((0.0102, 0.0007), True), ((0.0075, 0.0007), False)])
+def test_a_value_that_rests_on_an_effect_that_is_not_established_is_told_without_it(
+    values: dict[tuple[str, ...], tuple[float, float]], alone: tuple[float, float], told: bool
+) -> None:
+    values |= {("frame_rate",): alone, ("frame_rate", "linear_drag"): (0.0071, 0.0010)}
+    said = list(without_suspected(explanation(), Stub()))
+    assert len(said) == told
+    if told:
+        assert said[0].startswith("Without linear drag, which is not established, values would be others: frame rate relative ")
+
+
+def test_what_may_be_in_the_place_of_something_unknown_is_told_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(told_models, "value_words", lambda finding: f"value of {finding.key}")
+    verdict = Verdict("unknown", "Something is missing.", ("Another remark.",), ())
+    assert told_beside(verdict, explanation()).remarks == (
+        "In its place, or beside it, may be: gravity (17.0%; value of gravity).",
+        "Another remark.",
     )
 
 
-def test_values_in_the_unknowns_place_are_said_to_be_of_the_other_model() -> None:
-    best, last = at("volume_warp", "gravity"), at("gravity", "uniform_acceleration")
-    told: Any = SimpleNamespace(path=(best,), last=last, found=("gravity", "uniform_acceleration"), in_place=("uniform_acceleration",))
-    (sentence,) = models_told(told)
-    assert sentence == (
-        f"Values, v and ω are those beside what is unknown, of this model: gravity, {WARP}. "
-        "Noise floor, maps, tests and ladder are of the model without what is unknown: gravity, uniform acceleration. "
-        "So are the values of uniform acceleration: in the first model something unknown has that place."
-    )
-    assert models_told(SimpleNamespace(path=(last,), last=last)) == ()  # type: ignore[arg-type]
-
-
-def test_every_family_has_words() -> None:
-    assert set(EMPIRICAL) <= set(FAMILY_WORDS)
-    assert model_words(["image_warp@side", "gravity"]) == [
-        "gravity",
-        "something unknown (image warp of camera side: a warp of the picture)",
-    ]
-    assert model_words([]) == ["free flight"]
+def test_nothing_is_told_in_the_place_of_nothing() -> None:
+    verdict = Verdict("found", "Explained.", (), ())
+    nothing: Mapping[str, Any] = vars(explanation()) | {"left": None}
+    assert told_beside(verdict, Stub(**nothing)) is verdict  # type: ignore[arg-type]
