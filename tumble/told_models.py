@@ -7,6 +7,7 @@ without it, or nothing would be left to see: noise floor, maps, tests and ladder
 from collections.abc import Iterator
 from dataclasses import replace
 
+from datasets.vocabulary.effects import in_words
 from estimator.diagnosis.explain import ESTABLISHED, Explanation
 from estimator.diagnosis.selection.groups import FACTOR
 from estimator.diagnosis.selection.names import left_out
@@ -17,7 +18,7 @@ from tumble.campaigning import Prepared
 from tumble.diagnosis_documents import keys_of
 from tumble.numbers import compact
 from tumble.reports.verdict import Verdict, percent, value_words
-from tumble.reports.words import in_words, model_words, names_in_words
+from tumble.reports.words import model_words, names_in_words
 
 
 def models_told(explanation: Explanation) -> tuple[str, ...]:
