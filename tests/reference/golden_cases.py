@@ -1,16 +1,14 @@
 """The cases of the golden corpus: small observations from fixed seeds through each of the instrument's doors.
 
-One free flight in outlines, by tangents and by samples, and one in rendered pictures, drops on to a plate, two particles that collide, a
-campaign of silhouettes and campaigns of trajectories (poses, positions, a gyroscope), each with an effect hidden in it, tosses with an
-impact, and contact models judged by the drops. All is made by the project's own ``synth``. The settings are as small as a result allows:
-this is no measure of accuracy, only of change.
+One free flight in outlines, by tangents and by samples, and one in pictures rendered once (:mod:`tests.reference.golden_pictures`),
+drops on to a plate, two particles that collide, a campaign of silhouettes and campaigns of trajectories (poses, positions, a gyroscope),
+each with an effect hidden in it, tosses with an impact, and contact models judged by the drops. All is made by the project's own ``synth``.
+The settings are as small as a result allows: this is no measure of accuracy, only of change.
 """
 
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +16,15 @@ from scipy.spatial.transform import Rotation
 
 from datasets.estimate import Estimate
 from datasets.observation import Observation
-from datasets.observation_files import read_observation
 from datasets.recipes.recipe import (
     ContactRecipe,
     DropperRecipe,
     EffectRecipe,
-    HsvRecipe,
     MotionRecipe,
     PairRecipe,
     ParticleRecipe,
     PlateRecipe,
     Recipe,
-    RenderingRecipe,
     RigRecipe,
 )
 from datasets.trajectory import Surroundings, Trajectory
@@ -45,8 +40,8 @@ from estimator.measurements.silhouettes.registration import register
 from estimator.measurements.trajectories.impacts import measure_impacts
 from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.reports.campaign_reporting import campaign_estimates
-from synth.rendering.sequence import render_sequence
 from synth.sequence import build_silhouette_sequence
+from tests.reference.golden_pictures import committed
 from tests.reference.golden_records import Record, joined, of_estimate, of_explanation, of_validation
 from tumble.challenge.field_case import Effects, FieldCase, FlightPlan, Measured, Noise
 from tumble.challenge.field_flights import measured as tracked
@@ -57,15 +52,6 @@ QUICK = Configuration(hull_resolution=32, directions=200, pose_starts=24, moment
 STONE = ParticleRecipe(irregularity=0.6, size_mm=(6.0, 6.0))
 FLIGHT = Recipe(
     seed=5, particle=STONE, motion=MotionRecipe(frames=20, speed_ms=(1.5, 2.5), spin_rads=(120.0, 200.0)), rig=RigRecipe(drops=3)
-)
-PICTURES = Recipe(
-    seed=5,
-    tier="rendered",
-    particle=ParticleRecipe(irregularity=0.6, size_mm=(3.0, 3.0)),
-    motion=MotionRecipe(frames=20, speed_ms=(0.3, 0.8), spin_rads=(120.0, 200.0)),
-    hsv=HsvRecipe(width_px=192, height_px=192, focal_mm=60.0),
-    rig=RigRecipe(drops=3, width_px=256, height_px=256, mm_per_px=0.03),
-    rendering=RenderingRecipe(variant="scalar_rgb", subframes=2, samples_per_subframe=1, rig_samples=1),
 )
 DROPS = Recipe(
     seed=9,
@@ -114,9 +100,8 @@ def _samples() -> Record:
 
 
 def _pictures() -> Record:
-    with tempfile.TemporaryDirectory() as folder:
-        name = render_sequence(PICTURES, 0, Path(folder))
-        return of_estimate(measure(read_observation(Path(folder) / "observations" / name), QUICK))
+    with committed() as observation:
+        return of_estimate(measure(observation, QUICK))
 
 
 @cache
