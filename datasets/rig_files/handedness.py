@@ -24,7 +24,7 @@ TURNED = (
 
 
 def in_front(cameras: Sequence[HsvCamera], where: str) -> tuple[tuple[HsvCamera, ...], tuple[str, ...]]:
-    """The cameras with what they look at in front of them, and a sentence where the world was turned inside out for it.
+    """The cameras with what they see in front of them, and a sentence where the world was turned inside out for it.
 
     They are left as they are where some place is in front of all and in all pictures (cameras side by side may diverge a little), and where
     the point nearest to all axes is in front of all.
@@ -43,7 +43,7 @@ def in_front(cameras: Sequence[HsvCamera], where: str) -> tuple[tuple[HsvCamera,
     if np.all(depths < 0) and see_one_place(turned):
         return turned, (TURNED,)
     raise InputError(
-        f"{where}: expected cameras that look at one place, got none that is in front of all and in all their pictures; the point nearest "
+        f"{where}: expected cameras that see one place, got no place that is in front of all and in all their pictures; the point nearest "
         f"to their axes is {_fewer(cameras, depths)}. Are all matrices of one world, and is --size that of their pictures?"
     )
 

@@ -24,9 +24,9 @@ MOST_SHARE = 0.5
 """Of gravity along itself: a particle that is held by something."""
 LEAST_SAG_PX, MOST_WOBBLE = 1.0, 4.0
 """What is missing of the distance that gravity would bend the path by: at least so many px, and times the wobble, to say anything."""
-BENT, SURE = np.pi**2 / 8.0, 2.0
-"""By how much a wobble of half a turn in the recording bends the path, over its amplitude; standard deviations of that beyond which a fall
-is missing, one chance in 40. Lying and rolling stones in 60 frames miss three of them."""
+SURE = 2.0
+"""Standard deviations of what a slow wobble bends the path by, beyond which a fall is missing: one chance in 40. Lying and rolling stones
+in 60 frames miss three of them."""
 
 
 def resting_sentence(seen: Seen, kinks: list[Kink], rng: np.random.Generator, omega_rads: float | None = None) -> str | None:
@@ -39,7 +39,8 @@ def resting_sentence(seen: Seen, kinks: list[Kink], rng: np.random.Generator, om
     if len(path.frame) < LEAST_FRAMES:
         return None
     share, sag_px, wobble_px = fall(seen, path, camera_number)
-    bent_px = BENT * wobble_of(seen.particle, rng) * _pixels_per_metre(seen, camera_number)
+    wobble_m = wobble_of(seen.particle, rng)
+    bent_px = np.pi**2 / 8.0 * wobble_m * _pixels_per_metre(seen, camera_number)  # sag of half a turn in the recording
     if abs(share) > MOST_SHARE or (1.0 - share) * sag_px < max(LEAST_SAG_PX, MOST_WOBBLE * wobble_px, SURE * bent_px):
         return None
     if omega_rads is not None and _flies(seen, path, camera_number, omega_rads):

@@ -171,7 +171,7 @@ def test_a_mirrored_world_is_turned_inside_out(tmp_path: Path) -> None:
 def test_cameras_of_two_worlds_are_refused(tmp_path: Path) -> None:
     one, other = cameras()
     np.save(tmp_path / "rig.npy", np.stack([P_of(one), *(P_of(c) for c in inside_out([other]))]))
-    with pytest.raises(InputError, match=r"look at one place, got none .* behind rig_2 and in front of the others"):
+    with pytest.raises(InputError, match=r"see one place, got no place .* behind rig_2 and in front of the others"):
         read_rig([tmp_path / "rig.npy"], Convention(size=SIZE))
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
-from datasets.recipes.recipe import HsvRecipe, MotionRecipe, ParticleRecipe, Recipe, RenderingRecipe, RigRecipe
+from datasets.recipes.recipe import HsvRecipe, MotionRecipe, ParticleRecipe, Recipe, RenderingRecipe, RigRecipe, SensorRecipe
 from synth.rendering.sequence import render_sequence
 
 PICTURES = Path(__file__).resolve().parents[1] / "golden" / "pictures.zip"
@@ -23,6 +23,7 @@ RECIPE = Recipe(
     particle=ParticleRecipe(irregularity=0.6, size_mm=(3.0, 3.0)),
     motion=MotionRecipe(frames=20, speed_ms=(0.3, 0.8), spin_rads=(120.0, 200.0)),
     hsv=HsvRecipe(width_px=192, height_px=192, focal_mm=60.0),
+    sensor=SensorRecipe(bit_depth=10, dark_offset_dn=16.0),
     rig=RigRecipe(drops=3, width_px=256, height_px=256, mm_per_px=0.03),
     rendering=RenderingRecipe(variant="scalar_rgb", subframes=2, samples_per_subframe=1, rig_samples=1),
 )

@@ -1,6 +1,5 @@
 """``tumble import``: what a camera wrote becomes the observation it is, and a draft where something is missing."""
 
-import errno
 import json
 import re
 import shutil
@@ -255,21 +254,6 @@ def test_what_is_proposed_next_has_a_folder_of_its_own(
         assert last == f"next: tumble estimate {tmp_path / name} --out {tmp_path / f'{name}_estimates'}"
 
 
-@pytest.mark.parametrize("stated", [True, False])
-def test_a_principal_point_that_nobody_stated_is_said_to_be_assumed(
-    stated: bool, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    write_cine(tmp_path / f"{NAME}.cine", pictures, how, bits=12)
-    point = "cx_px = 90.0\ncy_px = 70.5\n" if stated else ""
-    (tmp_path / "camera.toml").write_text(f"width_px = {SIZE}\nheight_px = {SIZE}\nfx_px = 3333.0\nfy_px = 3333.0\n{point}")
-    words = ["import", str(tmp_path / f"{NAME}.cine"), "--camera", str(tmp_path / "camera.toml"), "--dry-run", "--json"]
-    assert main([*words, "--out", str(tmp_path / "out")]) == 0
-    (told,) = json.loads(capsys.readouterr().out)
-    (value,) = [value for value in told["values"] if value["name"] == "principal_point"]
-    assert (value["value"], value["origin"]) == (([90.0, 70.5], "given") if stated else ([79.5, 79.5], "assumed"))
-    assert ("cx_px, cy_px" in value["note"]) is not stated
-
-
 @pytest.mark.usefixtures("blind")
 def test_all_places_where_pictures_are_missing_are_named(
     known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -374,48 +358,6 @@ def test_what_is_refused(
     assert imported(tmp_path / f"{NAME}.mraw", known, tmp_path / "out", *words) == 2
     assert said in capsys.readouterr().err
     assert {path.name for path in (tmp_path / "out").rglob("*")} <= {"run.json", ".tumble-lock"}
-
-
-def missing(folder: Path) -> dict[str, tuple[list[str], str]]:
-    """Words of an import of a recording that is there, and what must be said of what is not."""
-    gone = f"{folder / 'gone'}: there is no such file or folder"
-    return {
-        "particle": (["--particle", str(folder / "gone")], gone),
-        "background": (["--background", str(folder / "gone")], gone),
-        "gravity": (["--gravity", str(folder / "gone.toml")], "there is no such file"),
-        "camera": (["--camera", str(folder / "gone.toml")], f"{folder / 'gone.toml'}: there is no such file"),
-    }
-
-
-@pytest.mark.parametrize("what", ["particle", "background", "gravity", "camera"])
-def test_what_is_not_there_is_said_to_be_missing(
-    what: str, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    write_cine(tmp_path / f"{NAME}.cine", pictures, how, bits=12)
-    words, said = missing(tmp_path)[what]
-    assert main(["import", str(tmp_path / f"{NAME}.cine"), *words, "--out", str(tmp_path / "out")]) == 2
-    assert said in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("verb", ["import", "check", "calibrate rig"])
-def test_a_source_that_is_not_there_is_said_to_be_missing(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*verb.split(), str(tmp_path / "gone"), "--out", str(tmp_path / "out")]) == 2
-    assert f"{tmp_path / 'gone'}: there is no such file or folder" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("name", "opener"), [("a.png", "PIL.Image.open"), ("a.tif", "tifffile.TiffFile")])
-def test_a_picture_that_may_not_be_read_is_not_called_damaged(
-    name: str, opener: str, pictures: Pictures, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def refuse(*_: object, **__: object) -> None:
-        raise PermissionError(errno.EACCES, "Permission denied")
-
-    folder = tmp_path / NAME
-    folder.mkdir()
-    Image.fromarray(pictures[0]).save(folder / name)
-    monkeypatch.setattr(opener, refuse)
-    assert main(["import", str(folder), "--dry-run", "--out", str(tmp_path / "out")]) == 2
-    assert f"{folder / name}: cannot be read (Permission denied)" in capsys.readouterr().err
 
 
 def test_a_calibration_of_another_picture_size_is_refused(

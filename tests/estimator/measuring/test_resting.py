@@ -22,7 +22,7 @@ def test_a_fall_that_wobble_may_hide_is_not_missing(sag_px: float, rests: bool, 
     """Two thirds of it are missing, and by 2 px the wobble of a slow turn may bend the path, of which its short wobble says nothing."""
     observation = build_silhouette_sequence(RECIPE, 0)[0]
     seen = Seen(observation, tracks_of(observation), observed_particle(observation, Configuration()))
-    wobble_m = 2.0 / resting.BENT / resting._pixels_per_metre(seen, 0)
+    wobble_m = 2.0 * 8.0 / np.pi**2 / resting._pixels_per_metre(seen, 0)
     monkeypatch.setattr(resting, "wobble_of", lambda _particle, _rng: wobble_m)
     monkeypatch.setattr(resting, "fall", lambda *_given: (0.33, sag_px, 0.01))
     assert (resting_sentence(seen, [], np.random.default_rng(0)) is not None) is rests
