@@ -28,8 +28,7 @@ from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Uncertain, uncertain
 from estimator.fitting.campaigns.impacts import impacts
-from estimator.geometry.robust_scale import robust_sigma
-from estimator.reports.campaign_reporting import EffectValue, campaign_estimates, effect_values, owner_name, settled_fit
+from estimator.reports.campaign_reporting import EffectValue, campaign_estimates, effect_values, settled_fit
 from tumble.campaigning import Known, Prepared, contact_words, prepare, repeated_words
 from tumble.commands import command
 from tumble.diagnosis_documents import (
@@ -63,6 +62,7 @@ from tumble.reports.verdict import (
 )
 from tumble.reports.words import model_words, rms_word
 from tumble.result_files import estimate_path
+from tumble.scattering import scattered
 from tumble.told_models import in_place_values, models_told, told_beside, without_suspected
 from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, spoiled_words, unknown_entry, with_unknown
@@ -73,10 +73,6 @@ DIAGNOSIS_FILE = "diagnosis.json"
 CAMPAIGN_FILE = "campaign.json"
 BOOTSTRAP_SEED = 20240229
 MOST_TOLD = 3
-SMALLEST = 1e-6
-"""Scatter over the largest value, below which it is none."""
-FAR = 4.0
-"""Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
 STAND_IN = "a name may stand in for something that the catalogue lacks."
@@ -459,33 +455,6 @@ def _next(question: Question, verdict: Verdict) -> str:
 
 def _ladder_command(question: Question, found: list[str]) -> str:
     return question.command("ladder" if found else "estimate", found)
-
-
-def scattered(explanation: Explanation) -> tuple[str, ...]:
-    """How far the values scatter that every sequence has for itself, with the sequences that stand out."""
-    told = []
-    fit, campaign = explanation.fit, explanation.campaign
-    for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
-        if effect.entry.scope.own and effect.tails and effect.held is not None:
-            owners = sorted(set(campaign.sharing(effect.entry.scope)))
-            if len(owners) == 1:  # one value scatters about nothing
-                continue
-            values = np.array([fit.state.theta[i][part] for i in owners])
-            size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
-            there = np.ptp(values, axis=0) > 0.0  # along an axis that nobody measured all are alike
-            if not there.any():
-                continue
-            each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s, some in zip(effect.entry.parameters, size, there, strict=True) if some)
-            far = np.flatnonzero(np.sum((values / np.maximum(size, np.finfo(np.float64).tiny)) ** 2, axis=1) > FAR**2 * len(size))
-            named = [owner_name(campaign, effect.entry.scope, owners[i]) for i in far[:MOST_TOLD]]
-            names = ", ".join(named) + (", …" if len(far) > MOST_TOLD else "")
-            out = f"; {len(far)} stand out: {names}" if len(far) else ""
-            if effect.noise and len(far):
-                what = "lift" if effect.lifts else "drag"
-                told.append(f"Spins that were read once do not account for all {what}; beside what they say it scatters: {each}{out}.")
-            elif not effect.noise:
-                told.append(f"{begins(effect.entry.title)} differs from sequence to sequence, cause unknown: {each}{out}.")
-    return tuple(told)
 
 
 def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdict:

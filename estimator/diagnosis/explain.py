@@ -11,7 +11,7 @@ from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import FACTOR, group_of, sureness
 from estimator.diagnosis.selection.names import UnderName, under_names
-from estimator.diagnosis.selection.path import At, looked_at, moved, path_from, with_noise
+from estimator.diagnosis.selection.path import At, looked_at, moved, path_from
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
@@ -109,7 +109,8 @@ class Explanation:
     @property
     def noise(self) -> tuple[str, ...]:
         """Keys of the last model's effects that are noise of what was measured."""
-        return tuple(self.last.trial.evidence.of.keys[e] for e in sorted(self.last.trial.noise))
+        evidence, noise = self.last.trial.evidence, self.last.trial.noise
+        return tuple(evidence.of.keys[e] for e in evidence.acting(self.last.members) if e in noise)
 
     @property
     def groups(self) -> tuple[tuple[UnderName, ...], ...]:
@@ -124,7 +125,7 @@ def explain(
     campaign: Campaign, start: CampaignState, catalogue: Mapping[str, EffectModel], *, told: Told = lambda _sentence: None
 ) -> Explanation:
     """Find the most probable set of effects of a ``catalogue``."""
-    begun = with_noise(looked_at(*fit_with(campaign, start, ()), catalogue), catalogue)
+    begun = looked_at(*fit_with(campaign, start, ()), catalogue)
     told("every effect was tested")
     path = path_from(begun, catalogue, told)
     best = path[-1]

@@ -33,8 +33,13 @@ def feels_air(effect: EffectModel) -> bool:
 
 
 def idle(effect: EffectModel, beside: Iterable[EffectModel]) -> bool:
-    """Whether an effect does nothing ``beside`` these: a wind that nothing feels, a drag by lift without one."""
-    others = tuple(beside)
+    """Whether an effect does nothing ``beside`` these: a wind that nothing feels, a drag by lift without one.
+
+    Nor does a wrong reading of a spin where nothing acts by the spin: such noise is what those would do with the right one.
+    """
+    others = tuple(each for each in beside if not each.noise)
+    if effect.noise and effect.of_unmeasured_spin:
+        return not any("spin" in of_force(each) for each in others)
     lifted = any(each.lifts for each in others)
     felt = any(feels_air(each) for each in others if lifted or not each.of_lift)
     return (moves_air_alone(effect) and not felt) or (effect.of_lift and not lifted)

@@ -161,9 +161,13 @@ class Evidence:
         return self._rows[effect]
 
     def sized(self, members: Sequence[int]) -> list[int]:
-        """Those of a set that have columns in use: the wind's are where something in the set feels it, a drag by lift where one lifts."""
+        """Those of a set that act and have columns in use."""
+        return [e for e in self.acting(members) if len(self._rows[e])]
+
+    def acting(self, members: Sequence[int]) -> list[int]:
+        """Those of a set that do something beside the others: a wind where something feels it, a wrong spin where something acts by it."""
         effects = [self.of.effects[e] for e in members]
-        return [e for e in members if len(self._rows[e]) and not idle(self.of.effects[e], effects)]
+        return [e for e in members if not idle(self.of.effects[e], effects)]
 
     def within_bounds(self, effect: int, amplitudes: Array) -> bool:
         """Whether ``amplitudes`` (q,) of an effect's columns, in the units of their parameters, are within twice the plausible range."""

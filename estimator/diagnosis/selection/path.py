@@ -59,7 +59,7 @@ class At:
         known = self.trial.evidence.of.keys
         if not set(keys) <= set(known):
             return -np.inf
-        return self.trial.log_posterior(tuple(sorted(known.index(key) for key in keys)))
+        return self.trial.log_posterior(tuple(sorted({*(known.index(key) for key in keys), *self.trial.noise})))
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -67,8 +67,8 @@ class At:
         return self.named(self.members)
 
     def named(self, members: Set) -> tuple[str, ...]:
-        """Keys of a set's effects."""
-        return tuple(self.trial.evidence.of.keys[e] for e in members)
+        """Keys of a set's effects that act in it."""
+        return tuple(self.trial.evidence.of.keys[e] for e in self.trial.evidence.acting(members))
 
 
 def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unknown: bool | Collection[str] = False) -> At:
@@ -76,15 +76,9 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
     every = families([f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences]) if unknown else ()
     wide = {e.entry.key: e for e in every if isinstance(unknown, bool) or e.entry.key in unknown}
     of = with_facts(linearised(campaign, fit, {**catalogue, **wide}), campaign)
-    noise = frozenset(i for i, effect in enumerate(of.effects[: of.own]) if effect.noise)
+    noise = frozenset(i for i, effect in enumerate(of.effects) if effect.noise)
     trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide), noise=noise)
-    return At(campaign, fit, trial, tuple(range(of.own)))
-
-
-def with_noise(at: At, catalogue: Catalogue) -> At:
-    """Where a search starts that has effects which are noise of what was measured: with those in the model, unless flights run away."""
-    noise = tuple(i for i, effect in enumerate(at.trial.evidence.of.effects) if effect.noise)
-    return (noise and moved(at, noise, catalogue, unknown=False)) or at
+    return At(campaign, fit, trial, tuple(sorted({*range(of.own), *noise})))
 
 
 def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:

@@ -20,7 +20,7 @@ Set = tuple[int, ...]
 def refitted(
     campaign: Campaign, fit: CampaignFit, evidence: Evidence, members: Set, *, follow: bool = True
 ) -> tuple[Campaign, CampaignFit]:
-    """Fit a campaign with the effects ``members`` of a linearised campaign about ``fit``, and ``follow`` it.
+    """Fit a campaign with those effects of ``members`` of a linearised campaign that act, about ``fit``, and ``follow`` it.
 
     Every effect is held by the prior under which the set is most probable.
 
@@ -29,6 +29,7 @@ def refitted(
     RanAway
         Where flights run away from every start.
     """
+    members = tuple(evidence.acting(members))
     model = _model(campaign, evidence, members)
     for share in SHARES:
         state = CampaignState(fit.state.flights, _values(campaign, fit, evidence, members, share))
