@@ -1,0 +1,89 @@
+"""Sentences on values that every sequence has for itself: how far they scatter, which stand out, which stated spins they contradict."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtrc
+
+from datasets.vocabulary.effects import begins
+from estimator.diagnosis.diagnose import ALPHA
+from estimator.diagnosis.explain import Explanation
+from estimator.effects.link import EffectModel, Moment
+from estimator.geometry.robust_scale import robust_sigma
+from estimator.motion.flight import LAYOUT, Flight
+from estimator.reports.campaign_reporting import owner_name
+
+Array = NDArray[np.float64]
+MOST_TOLD = 6
+SMALLEST = 1e-6
+"""Share of the largest value below which values of every sequence count as equal."""
+FAR = 4.0
+"""Scatters (standard deviations by the median) from which on the value of one sequence stands out. By judgement."""
+CONTRADICTS = 0.5
+"""Share of the lift by a stated spin from which on a flight's own lift contradicts the spin: what a law of lift is off by is less."""
+
+
+def scattered(explanation: Explanation) -> tuple[str, ...]:
+    """How far the values scatter that every sequence has for itself, with the sequences that stand out."""
+    told = []
+    campaign = explanation.campaign
+    for effect, part in zip(explanation.fit.model.effects, explanation.fit.model.slices, strict=True):
+        if effect.entry.scope.own and effect.tails and effect.held is not None:
+            owners = sorted(set(campaign.sharing(effect.entry.scope)))
+            if effect.noise:
+                told += misread(explanation, effect, part) if effect.lifts else []
+            elif len(owners) > 1:  # one value scatters about nothing
+                name = partial(owner_name, campaign, effect.entry.scope)
+                told += _scatter(effect, np.array([explanation.fit.state.theta[i][part] for i in owners]), [name(i) for i in owners])
+    return tuple(told)
+
+
+def _scatter(effect: EffectModel, values: Array, names: Sequence[str]) -> list[str]:
+    """How far ``values`` (n, q) of sequences scatter, and the ``names`` (n,) of those that stand out."""
+    size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
+    there = np.ptp(values, axis=0) > 0.0  # along an axis that nobody measured all are alike
+    if not there.any():
+        return []
+    each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s, some in zip(effect.entry.parameters, size, there, strict=True) if some)
+    far = np.sum((values / np.maximum(size, np.finfo(np.float64).tiny)) ** 2, axis=1) > FAR**2 * len(size)
+    out_of = [name for name, out in zip(names, far, strict=True) if out]
+    out = f"; {len(out_of)} stand out: {_some(out_of)}" if out_of else ""
+    return [f"{begins(effect.entry.title)} differs from sequence to sequence, cause unknown: {each}{out}."]
+
+
+def misread(explanation: Explanation, effect: EffectModel, part: slice) -> list[str]:
+    """Which flights curve otherwise than the spin that is stated of them makes them, by more than half of that, and not by chance.
+
+    ``effect`` is the lift of what stated spins are wrong by, ``part`` its place among the parameters.
+    """
+    fit, campaign, columns = explanation.fit, explanation.campaign, LAYOUT.size + np.arange(part.start, part.stop)
+    of_spin = [(e, p) for e, p in zip(fit.model.effects, fit.model.slices, strict=True) if e.lifts and not e.noise]
+    names = []
+    for number, (flight, theta) in enumerate(zip(fit.state.flights, fit.state.theta, strict=True)):
+        lift = sum(_size(e, theta[p], flight.first, number, explanation) for e, p in of_spin)
+        own = _size(effect, theta[part], flight.first, number, explanation)
+        C = explanation.covariance.of(number, columns)
+        p = chdtrc(len(columns), float(theta[part] @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ theta[part]))
+        if own > CONTRADICTS * lift and p < ALPHA / len(fit.state.flights):
+            names.append(campaign.sequences[number].name)
+    if not of_spin or not names:
+        return []
+    return [
+        f"Stated spins contradict how flights curve, by more than half of the lift, in {len(names)} of {len(fit.state.flights)}: "
+        f"{_some(names)}. Check axis, sign, and of which flight each was read; the lift is fitted there, whatever was read."
+    ]
+
+
+def _size(effect: EffectModel, theta: Array, flight: Flight, number: int, explanation: Explanation) -> float:
+    """Size (m/s²) of an effect's acceleration where a flight's reference time is."""
+    at = flight.v[None], flight.omega[None]
+    moment = Moment(0.0, flight.x[None], at[0], at[1], at[1], np.eye(3)[None])
+    value = effect.acceleration(theta[None], moment, explanation.campaign.sequences[number].setting)
+    return 0.0 if value is None else float(np.linalg.norm(value))
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first few of some names."""
+    return ", ".join(names[:MOST_TOLD]) + (", …" if len(names) > MOST_TOLD else "")
