@@ -21,8 +21,9 @@ SMALLEST = 1e-6
 """Share of the largest value below which values of every sequence count as equal."""
 FAR = 4.0
 """Scatters (standard deviations by the median) from which on the value of one sequence stands out. By judgement."""
-CONTRADICTS = 0.5
-"""Share of the lift by a stated spin from which on a flight's own lift contradicts the spin: what a law of lift is off by is less."""
+ASIDE_DEG = 45.0
+"""Angle between the lift that a flight shows and that by its stated spin from which on they contradict: a law of lift may be wrong in size,
+but no other direction. By judgement."""
 
 
 def scattered(explanation: Explanation) -> tuple[str, ...]:
@@ -33,7 +34,7 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
         if effect.entry.scope.own and effect.tails and effect.held is not None:
             owners = sorted(set(campaign.sharing(effect.entry.scope)))
             if effect.noise:
-                told += misread(explanation, effect, part) if effect.lifts else []
+                told += _misread(explanation, effect, part) if effect.lifts else []
             elif len(owners) > 1:  # one value scatters about nothing
                 name = partial(owner_name, campaign, effect.entry.scope)
                 told += _scatter(effect, np.array([explanation.fit.state.theta[i][part] for i in owners]), [name(i) for i in owners])
@@ -53,8 +54,8 @@ def _scatter(effect: EffectModel, values: Array, names: Sequence[str]) -> list[s
     return [f"{begins(effect.entry.title)} differs from sequence to sequence, cause unknown: {each}{out}."]
 
 
-def misread(explanation: Explanation, effect: EffectModel, part: slice) -> list[str]:
-    """Which flights curve otherwise than the spin that is stated of them makes them, by more than half of that, and not by chance.
+def _misread(explanation: Explanation, effect: EffectModel, part: slice) -> list[str]:
+    """Which flights curve to another side than the spin that is stated of them makes them, and not by chance.
 
     ``effect`` is the lift of what stated spins are wrong by, ``part`` its place among the parameters.
     """
@@ -62,26 +63,27 @@ def misread(explanation: Explanation, effect: EffectModel, part: slice) -> list[
     of_spin = [(e, p) for e, p in zip(fit.model.effects, fit.model.slices, strict=True) if e.lifts and not e.noise]
     names = []
     for number, (flight, theta) in enumerate(zip(fit.state.flights, fit.state.theta, strict=True)):
-        lift = sum(_size(e, theta[p], flight.first, number, explanation) for e, p in of_spin)
-        own = _size(effect, theta[part], flight.first, number, explanation)
+        lift = np.sum([_acceleration(e, theta[p], flight.first, number, explanation) for e, p in of_spin], axis=0)
+        shown = lift + _acceleration(effect, theta[part], flight.first, number, explanation)
+        aside = lift @ shown < np.cos(np.radians(ASIDE_DEG)) * np.linalg.norm(lift) * np.linalg.norm(shown)
         C = explanation.covariance.of(number, columns)
         p = chdtrc(len(columns), float(theta[part] @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ theta[part]))
-        if own > CONTRADICTS * lift and p < ALPHA / len(fit.state.flights):
+        if aside and p < ALPHA / len(fit.state.flights):
             names.append(campaign.sequences[number].name)
     if not of_spin or not names:
         return []
     return [
-        f"Stated spins contradict how flights curve, by more than half of the lift, in {len(names)} of {len(fit.state.flights)}: "
-        f"{_some(names)}. Check axis, sign, and of which flight each was read; the lift is fitted there, whatever was read."
+        f"Stated spins contradict flights, which curve to another side, in {len(names)} of {len(fit.state.flights)}: {_some(names)}. "
+        "Check axis, sign, and of which flight each was read; the lift is fitted there, whatever was read."
     ]
 
 
-def _size(effect: EffectModel, theta: Array, flight: Flight, number: int, explanation: Explanation) -> float:
-    """Size (m/s²) of an effect's acceleration where a flight's reference time is."""
-    at = flight.v[None], flight.omega[None]
-    moment = Moment(0.0, flight.x[None], at[0], at[1], at[1], np.eye(3)[None])
+def _acceleration(effect: EffectModel, theta: Array, flight: Flight, number: int, explanation: Explanation) -> Array:
+    """An effect's acceleration (3,) m/s² where a flight's reference time is."""
+    v, omega = flight.v[None], flight.omega[None]
+    moment = Moment(0.0, flight.x[None], v, omega, omega, np.eye(3)[None])
     value = effect.acceleration(theta[None], moment, explanation.campaign.sequences[number].setting)
-    return 0.0 if value is None else float(np.linalg.norm(value))
+    return np.zeros(3) if value is None else value[0]
 
 
 def _some(names: Sequence[str]) -> str:
