@@ -109,8 +109,7 @@ class Explanation:
     @property
     def noise(self) -> tuple[str, ...]:
         """Keys of the last model's effects that are noise of what was measured."""
-        evidence, noise = self.last.trial.evidence, self.last.trial.noise
-        return tuple(evidence.of.keys[e] for e in evidence.acting(self.last.members) if e in noise)
+        return tuple(effect.entry.key for effect in self.fit.model.effects if effect.noise)
 
     @property
     def groups(self) -> tuple[tuple[UnderName, ...], ...]:

@@ -40,7 +40,6 @@ from estimator.diagnosis.score_tests import (
 )
 from estimator.diagnosis.selection.groups import FACTOR
 from estimator.effects.catalogue.segmentation.view_outline_offset import ViewOutlineOffset
-from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.side_by_side import each_of
@@ -248,7 +247,8 @@ def _with_drops(present: _Present, new: tuple[Any, Flight, SequenceEquations], d
 
 def _of_views(present: _Present, particles: Sequence[Particle], pairs: Sequence[Pair]) -> dict[Pair, Prospect]:
     """What twice the calibrated views would do for pairs with an effect on the body or on the views."""
-    asked = [pair for pair in pairs if any(_of_body(present.candidates.effects[present.number(key)]) for key in pair)]
+    of_body = {e.entry.key for e in present.candidates.effects if e.entry.stage is Stage.BODY} | {ViewOutlineOffset.entry.key}
+    asked = [pair for pair in pairs if of_body & set(pair)]
     if not asked or not particles:
         return {}
     both = zip(present.campaign.sequences, present.campaign.particle, strict=True)
@@ -256,10 +256,6 @@ def _of_views(present: _Present, particles: Sequence[Particle], pairs: Sequence[
     equations = _counted_equations(campaign, present.fit, present.candidates, present.stands_for)
     scores = _scores(campaign, present.fit, equations, present.candidates)
     return {pair: Prospect("views", MORE_VIEWS, 0, 0, present.expected(scores, pair)) for pair in asked}
-
-
-def _of_body(effect: EffectModel) -> bool:
-    return effect.entry.stage is Stage.BODY or effect.entry.key == ViewOutlineOffset.entry.key
 
 
 def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: Pair) -> Prospect | None:

@@ -114,7 +114,8 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     dummies = tuple(np.zeros((1, len(e.entry.parameters))) for e in own)
     candidates = Candidates((*own, *others.effects), (*dummies, *others.starts))
     equations = candidate_equations(campaign, replace(fit, model=_free(fit.model)), others)
-    bare = replace(fit, model=base, layout=layout_of(campaign, base), state=_without_effects(fit, base.size))
+    state = CampaignState(fit.state.flights, tuple(theta[: base.size] for theta in fit.state.theta))
+    bare = replace(fit, model=base, layout=layout_of(campaign, base), state=state)
     scores, chosen = efficient_scores(campaign, bare, arranged(campaign, equations, base, candidates))
     scores = _amplitudes(scores, candidates)
     current = np.array([_current(fit, base.size, column, own) for column in scores.columns])
@@ -169,10 +170,6 @@ def _base_and_own(campaign: Campaign, fit: CampaignFit) -> tuple[Model, tuple[Ef
 def _free(model: Model) -> Model:
     """The model with the priors of its effects left to the evidence."""
     return Model(tuple(e if e.instrument else e.held_by(None) for e in model.effects))
-
-
-def _without_effects(fit: CampaignFit, size: int) -> CampaignState:
-    return CampaignState(fit.state.flights, tuple(theta[:size] for theta in fit.state.theta))
 
 
 def _amplitudes(scores: EfficientScores, candidates: Candidates) -> EfficientScores:
