@@ -143,7 +143,8 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     found = {number: _finding(at, number, test, n) for number, test in zip(numbers, tests, strict=True)}
     known = sorted((f for number, f in found.items() if number not in at.trial.families), key=lambda f: -f.log_odds)
     best: Set = at.members if ended else _best(at)
-    new = sorted(set(best) - set(at.members), key=lambda e: (e in at.trial.families, at.trial.log_posterior(_less(best, e))))
+    without = {e: tuple(m for m in best if m != e) for e in best}
+    new = sorted(set(best) - set(at.members), key=lambda e: (e in at.trial.families, at.trial.log_posterior(without[e])))
     group = tuple(key_of(at, name) for name in group_of(at.trial, best, new[0])) if new else ()
     scores = scores_beside(of)
     white = scores.whitener @ scores.g if len(scores.g) else np.zeros(0)
@@ -159,10 +160,6 @@ def _best(at: At) -> Set:
     best, holds = at.posterior.best, next(s for s in at.posterior.sets if set(s) >= set(at.members))
     gained = at.trial.evidence.fitted(best).log_likelihood - at.trial.evidence.fitted(holds).log_likelihood
     return best if set(best) >= set(at.members) or gained > np.log(FACTOR) else holds
-
-
-def _less(members: Set, effect: int) -> Set:
-    return tuple(m for m in members if m != effect)
 
 
 def _finding(at: At, number: int, test: ScoreTest, candidates: int) -> Finding:

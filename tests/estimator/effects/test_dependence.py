@@ -19,3 +19,11 @@ def test_a_drag_by_lift_does_nothing_without_one_and_a_wind_nothing_that_is_not_
     assert not idle(MODELS["steady_wind"], [MODELS["linear_drag"]])
     assert idle(MODELS["steady_wind"], [MODELS["induced_drag"]])
     assert not idle(MODELS["gravity"], [])
+
+
+def test_a_wrong_reading_of_a_spin_does_nothing_where_nothing_acts_by_the_spin() -> None:
+    misread = MODELS["unmeasured_lift"].as_noise(1.0)
+    assert idle(misread, [MODELS["quadratic_drag"], MODELS["induced_drag"], misread])
+    assert not idle(misread, [MODELS["magnus_lift"], misread])
+    assert idle(MODELS["induced_drag"], [MODELS["quadratic_drag"], misread])
+    assert not idle(MODELS["unmeasured_lift"], [])

@@ -1,0 +1,24 @@
+"""What is told of values that every sequence has for itself."""
+
+from tests.estimator.made_balls import explained_balls
+from tumble.scattering import scattered
+
+
+def test_flights_that_curve_to_another_side_than_their_stated_spin_are_named() -> None:
+    told = explained_balls(15, 3, ("magnus_lift", "unmeasured_lift"))
+    (sentence,) = scattered(told)
+    names = {name for name in (f"shot_{i}" for i in range(15)) if name in sentence.replace(".", ",").replace(" ", ",").split(",")}
+    assert names <= {"shot_0", "shot_1", "shot_2"}
+    assert f"in {len(names)} of 15" in sentence
+
+
+def test_spins_that_are_right_are_not_told() -> None:
+    assert not scattered(explained_balls(8, 0, ("magnus_lift", "unmeasured_lift")))
+
+
+def test_a_push_of_every_flights_own_is_told_with_its_size_and_with_what_stands_out() -> None:
+    told = explained_balls(15, 3, ("unmeasured_lift", "uniform_acceleration"))
+    assert told.found == ("uniform_acceleration",)
+    (sentence,) = scattered(told)
+    assert sentence.startswith("Uniform acceleration differs from sequence to sequence, cause unknown: a_x ")
+    assert not told.noise
