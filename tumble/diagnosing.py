@@ -63,7 +63,7 @@ from tumble.reports.verdict import (
 from tumble.reports.words import model_words, rms_word
 from tumble.result_files import estimate_path
 from tumble.scattering import scattered
-from tumble.told_models import in_place_values, models_told, told_beside, without_suspected
+from tumble.told_models import doubtful, in_place_values, models_told, told_beside, without_suspected
 from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, spoiled_words, unknown_entry, with_unknown
 from tumble.unseen import with_unseen
@@ -299,6 +299,14 @@ def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Do
     return entries, [separation for each in apart for separation in each]
 
 
+def _uncertain(question: Question, campaign: Prepared, explanation: Explanation) -> Uncertain:
+    """The most probable set, with its uncertainty by what it considers and by what is not established in it."""
+    best, registered = explanation.path[-1], campaign.registered
+    names = possible_names(best, explanation.groups)
+    fit = settled_fit(registered, best.fit)
+    return uncertain(registered.campaign, fit, question.candidates(campaign), names, doubtful(explanation))
+
+
 def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, judged: JudgeContact | None = None) -> Document:
     """The whole loop; also writes the estimates of the most probable set, by which the contact of drops is ``judged``."""
     names = campaign.names
@@ -306,8 +314,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     best, last = explanation.path[-1], explanation.diagnosis
     campaign = campaign.at(best.campaign)
     registered = campaign.registered
-    possible = possible_names(best, explanation.groups)
-    of = uncertain(registered.campaign, settled_fit(registered, best.fit), question.candidates(campaign), possible)
+    of = _uncertain(question, campaign, explanation)
     groups = tuple(widened(group, of) for group in explanation.groups)
     in_place = in_place_values(explanation, campaign)
     written = estimated(question, campaign, out, of=of, in_place=in_place)

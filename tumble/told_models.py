@@ -55,6 +55,18 @@ def told_beside(verdict: Verdict, explanation: Explanation) -> Verdict:
     return replace(verdict, remarks=(*likely, *verdict.remarks))
 
 
+def doubtful(explanation: Explanation) -> dict[str, float]:
+    """Effects of the most probable set that are not established, and the probabilities that they, or what may be in their place, are there.
+
+    Not those that are drawn anew in every frame: they are noise, whose size the fit has read.
+    """
+    best = explanation.path[-1]
+    known = {step.added: step.sure for step in explanation.steps if not step.established}
+    beside = {each.key: each.probability for each in left_out(best, explanation.fit.model.keys) if not each.unknown}
+    drawn = {effect.entry.key for effect in best.fit.model.effects if effect.random}
+    return {key: p for key, p in (known | beside).items() if p < ESTABLISHED and key in best.keys and key not in drawn}
+
+
 def without_suspected(explanation: Explanation, campaign: Prepared) -> Iterator[str]:
     """Values without an effect that is not established, in sentences, where they differ by more than their standard deviation."""
     best = explanation.path[-1]

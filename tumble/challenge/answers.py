@@ -20,6 +20,7 @@ from estimator.motion.flight import LAYOUT, Flight
 from estimator.reports.campaign_reporting import owner_name
 from estimator.reports.drop_reporting import flights_of, impacts_between
 from tumble.challenge.information import all_information
+from tumble.told_models import doubtful
 
 Array = NDArray[np.float64]
 UNKNOWN = "unknown"
@@ -32,7 +33,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
     campaign = best.campaign
     errors = {"base": explained.rungs[0].before, "final": explained.held_out} if explained.rungs else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
-    of = uncertain(campaign, best.fit, catalogue(campaign.cameras), possible_names(best, explained.groups))
+    of = uncertain(campaign, best.fit, catalogue(campaign.cameras), possible_names(best, explained.groups), doubtful(explained))
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),

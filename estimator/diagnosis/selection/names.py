@@ -79,11 +79,12 @@ def under_names(at: At, group: Sequence[Name]) -> tuple[UnderName, ...]:
 
 def _fitted(at: At, name: Name) -> tuple[At, Name]:
     """A fit with a name in the first one's place, and the name there; where the group is if that has the name, or flights run away."""
-    of = {effect.entry.key: effect.held_by(None) for effect in at.trial.evidence.of.effects[: len(at.members)]}
+    acting = at.trial.evidence.acting(name.members)
+    of = {effect.entry.key: effect.held_by(None) for effect in (at.trial.evidence.of.effects[e] for e in at.members)}
     fit = None if name.members == at.members else moved(at, name.members, of, unknown=(*at.keys, *at.named(name.members)))
     if fit is None:
         return at, name
-    return fit, replace(name, effects=tuple(map(name.members.index, name.effects)), members=fit.members)
+    return fit, replace(name, effects=tuple(map(acting.index, name.effects)), members=fit.members)
 
 
 def _refuted(at: At, fit: At) -> bool:

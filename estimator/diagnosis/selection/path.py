@@ -5,7 +5,7 @@ more, or one in another's place; the campaign is refitted with the new set and l
 of the set too. It ends where no set is more probable than the one that the flights were fitted with.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -63,12 +63,12 @@ class At:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The set."""
-        return self.named(self.members)
+        """Those of the set that act in it."""
+        return self.named(self.trial.evidence.acting(self.members))
 
-    def named(self, members: Set) -> tuple[str, ...]:
-        """Keys of a set's effects that act in it."""
-        return tuple(self.trial.evidence.of.keys[e] for e in self.trial.evidence.acting(members))
+    def named(self, members: Sequence[int]) -> tuple[str, ...]:
+        """Keys of effects."""
+        return tuple(self.trial.evidence.of.keys[e] for e in members)
 
 
 def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unknown: bool | Collection[str] = False) -> At:
@@ -110,7 +110,7 @@ def _relinearised(at: At, catalogue: Catalogue) -> At:
 
 def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:
     """The path as far as it goes, with the probabilities at its end that refits confirm."""
-    path, tried, astray = [at], {frozenset(at.keys)}, 0
+    path, tried, astray = [at], {frozenset(at.named(at.members))}, 0
     while len(path) <= MOST_STEPS and len(tried) <= MOST_STEPS * ASTRAY:
         wanted = _wanted(path, tried) if astray < ASTRAY else None
         is_name = wanted is None and unknown

@@ -7,6 +7,10 @@ part of it up: with normal matrix ``H`` of the fitted parameters ``x``, their pr
     C_xx + A P Aᵀ,   -A P;   -P Aᵀ,   P
 
 is the covariance of both, and that of a velocity follows from its derivatives by both. Valid where the fit is linear over ``P``.
+
+An effect ``d`` that the fit has, though it may as well not be there, is the other way round: with the probability ``1 - w`` that it is not,
+its value is not ``d`` but none, and what is fitted beside it moves by ``(H⁻¹)_xd (H⁻¹)_dd⁻¹ d``. Both together are the variance over models, with
+and without each [Hoeting et al. 1999, Bayesian model averaging], about the values of the fit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -80,13 +84,38 @@ def uncertain(
     fit: CampaignFit,
     candidates: Mapping[str, EffectModel],
     names: Sequence[Possible] = (),
+    doubtful: Mapping[str, float] | None = None,
 ) -> Uncertain:
-    """A fit with what is stated of effects that it lacks and other ``names`` of what it has considered."""
+    """A fit with what is stated of effects that it lacks and other ``names`` of what it has considered.
+
+    ``doubtful``: effects of the fit that may not be there, with the probability that they are; values of effects are given that they are.
+    """
     covariance = campaign_covariance(campaign, fit)
     stated = stated_possible(campaign.facts, fit.model, candidates)
-    of_values = considered(campaign, fit, covariance, stated)
-    at = considered(campaign, fit, covariance, _with(names, stated))
+    of_values = considered(campaign, fit, doubted(campaign, fit, covariance, doubtful or {}, given=True), stated)
+    at = considered(campaign, fit, doubted(campaign, fit, covariance, doubtful or {}), _with(names, stated))
     return Uncertain(fit, at, of_values.fitted)
+
+
+def doubted(
+    campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, doubtful: Mapping[str, float], *, given: bool = False
+) -> CampaignCovariance:
+    """A covariance, widened by what would be without each of the ``doubtful`` effects, which are there with the probabilities stated.
+
+    ``given``: for the effects' own values it is taken that they are there.
+    """
+    if not doubtful:
+        return covariance
+    C, inverse = covariance.covariance.copy(), stable_inverse(fit.system(campaign).H, LEAST_SEEN)
+    for key, probability in doubtful.items():
+        part = fit.model.layout[key]
+        rows, first = np.unique(np.concatenate([place[part] for place in covariance.place]), return_index=True)
+        d = np.concatenate([values[part] for values in fit.state.values])[first]
+        moved = inverse[:, rows] @ stable_inverse(inverse[np.ix_(rows, rows)]) @ d
+        if given:
+            moved[rows] = 0.0
+        C += (1.0 - probability) * np.outer(moved, moved)
+    return CampaignCovariance(C, covariance.place)
 
 
 def _with(possible: Sequence[Possible], more: Sequence[Possible]) -> tuple[Possible, ...]:

@@ -10,12 +10,14 @@ from datasets.trajectory import Trajectory
 from estimator.data.configuration import Configuration
 from estimator.diagnosis.adding import fit_with
 from estimator.effects.choosing import catalogue, chosen_effects
+from estimator.effects.model import Model
+from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
-from estimator.fitting.campaigns.considered import Considered, considered, stated_possible
+from estimator.fitting.campaigns.considered import Considered, considered, doubted, stated_possible
 from estimator.fitting.campaigns.facts import Fact
 from estimator.fitting.campaigns.impacts import impacts
 from estimator.measurements.trajectories.registering import register_trajectories
-from estimator.motion.flight import N_PARAMETERS
+from estimator.motion.flight import N_PARAMETERS, V
 from estimator.reports.campaign_reporting import campaign_estimates
 from tests.estimator.made_trajectories import RATE_HZ, Hidden, Tracker, flown, measured
 
@@ -121,3 +123,20 @@ def test_what_limits_v_is_told_along_the_axes_that_a_film_shows() -> None:
     assert told.total[0] == pytest.approx(np.sqrt(np.mean(squares)), rel=1e-6)
     assert told.size[0] == pytest.approx(np.sqrt(np.mean([np.nansum(each.v_world**2) for each in middles])), rel=1e-6)
     assert np.isnan(told.total[1])
+
+
+def test_a_doubtful_effect_widens_by_what_a_fit_without_it_says() -> None:
+    """Half the squared shift, where it is as probable as not that it is there; its own value is as it is, given that it is there."""
+    trajectories = [measured(f"toss_{seed}", np.random.default_rng(seed), Hidden(drag=0.02), TRACKER) for seed in range(3)]
+    registered = register_trajectories(trajectories)
+    campaign, fit = fit_with(registered.campaign, registered.start, chosen_effects("linear_drag"))
+    without = fit_campaign(campaign, CampaignState(fit.state.flights, tuple(theta[:0] for theta in fit.state.theta)), Model(()))
+    covariance, rows = campaign_covariance(campaign, fit), np.arange(N_PARAMETERS + 1)
+    drag = np.array([N_PARAMETERS])
+    for given in (False, True):
+        more = doubted(campaign, fit, covariance, {"linear_drag": 0.5}, given=given).of(1, rows) - covariance.of(1, rows)
+        shift = without.state.flights[1].values[V] - fit.state.flights[1].values[V]
+        assert np.allclose(more[V, V], 0.5 * np.outer(shift, shift), rtol=0.02, atol=1e-3 * np.abs(more[V, V]).max())
+        own = 0.0 if given else 0.5 * float(fit.state.theta[1][0]) ** 2
+        assert more[np.ix_(drag, drag)].item() == pytest.approx(own, rel=1e-6)
+    assert doubted(campaign, fit, covariance, {}).of(1, rows) == pytest.approx(covariance.of(1, rows))
