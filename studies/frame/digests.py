@@ -1,17 +1,19 @@
 """Digests: of the files that decide a study's rows, of what these use of the libraries, of rows, and of what a picture was drawn from.
 
 A study depends on what its plan imports, directly or through other modules: a change to how effects are named moves no row of a study that
-names none. Comments and docstrings decide nothing.
+names none. Comments, docstrings and sentences decide nothing.
 """
 
 import ast
 import hashlib
 import io
+import re
 import tokenize
 from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TypeGuard
 
 import grimp
 
@@ -19,6 +21,8 @@ LIBRARIES = ("datasets", "synth", "estimator")
 """What makes, measures and scores a sequence."""
 Span = tuple[tuple[int, int], tuple[int, int]]
 """From and to: line from 1, byte of it from 0."""
+SENTENCE = re.compile("[A-Za-z]{2,} [a-z]{2,}")
+"""What only texts for people have: two words side by side, the second one in small letters."""
 SHORT = 12
 """Hexadecimal digits of a digest that is read by people; two of a few thousand sources agree in it once in ten million times."""
 
@@ -65,20 +69,34 @@ def _named_code(modules: Sequence[str]) -> Iterator[bytes]:
 
 
 def code_of(source: str) -> str:
-    """A module's text without comments, docstrings, strings that stand alone, and empty lines outside of other strings."""
-    lines, alone, within = source.split("\n"), list[Span](), set[int]()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
-            alone.append(_span(node))
-        elif isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str | bytes)):
+    """A module's text without comments, docstrings, strings that stand alone, sentences, and empty lines outside of other strings."""
+    lines, told, within = source.split("\n"), list[Span](), set[int]()
+    left: list[ast.AST] = [ast.parse(source)]
+    while left:
+        node = left.pop()
+        if _is_told(node):
+            told.append(_span(node))
+            continue
+        if isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str | bytes)):
             (first, _), (last, _) = _span(node)
             within |= set(range(first, last))
-    for (first, start), (last, end) in sorted((*alone, *_comments(source)), reverse=True):
+        left += ast.iter_child_nodes(node)
+    notes = [note for note in _comments(source) if not any(first <= note[0] < last for first, last in told)]
+    for (first, start), (last, end) in sorted((*told, *notes), reverse=True):
         head, tail = lines[first - 1].encode()[:start].decode(), lines[last - 1].encode()[end:].decode()
         lines[first - 1 : last] = [head + tail] + [""] * (last - first)
         within -= set(range(first, last))
     text = ((line if number in within else line.rstrip(), number in within) for number, line in enumerate(lines, 1))
     return "\n".join(line for line, kept in text if kept or line)
+
+
+def _is_told(node: ast.AST) -> TypeGuard[ast.expr | ast.stmt]:
+    """Whether a node is a string that stands alone, or a sentence with all that is put into it."""
+    if isinstance(node, ast.Expr):
+        return isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+    parts = node.values if isinstance(node, ast.JoinedStr) else [node]
+    texts = [part.value for part in parts if isinstance(part, ast.Constant) and isinstance(part.value, str)]
+    return any(SENTENCE.search(text) for text in texts)
 
 
 def _span(node: ast.expr | ast.stmt) -> Span:

@@ -13,7 +13,7 @@ LIMIT = 3.0  # px
 """Where it ends."""
 
 
-def shown(text: str = "# no comment") -> str:
+def shown(text: str = "# 3 px") -> str:
     """One line, naïve."""
     # a reason
 
@@ -24,7 +24,7 @@ def shown(text: str = "# no comment") -> str:
 
 
 def test_comments_and_docstrings_do_not_count_and_all_else_does() -> None:
-    left = ["LIMIT = 3.0", 'def shown(text: str = "# no comment") -> str:', '    return f"""{text}  # none', "", "  ", '"""']
+    left = ["LIMIT = 3.0", 'def shown(text: str = "# 3 px") -> str:', '    return f"""{text}  # none', "", "  ", '"""']
     assert code_of(SOURCE).split("\n") == left
     assert code_of(SOURCE.replace("One line, naïve", "Two\n    lines").replace("# px", "# pixels")) == code_of(SOURCE)
     assert code_of(SOURCE.replace("3.0", "3.1")) != code_of(SOURCE)
@@ -34,6 +34,13 @@ def test_what_is_in_a_string_counts_to_the_last_blank() -> None:
     assert code_of('TABLE = """a\n\n\nb   \n"""') != code_of('TABLE = """a\nb\n"""')
     assert code_of('x = "a\x85b"  # why\ny = 1\n') == 'x = "a\x85b"\ny = 1'
     assert code_of('def f():\n    """What\n\n    it does."""\n\n    return 1\n') == "def f():\n    return 1"
+
+
+def test_sentences_decide_nothing_and_names_and_formats_do() -> None:
+    told = 'raise ValueError(f"{name}: expected a number of"  # said\n    f" frames, got {value!r}")\n'
+    assert code_of(told).split() == code_of('raise ValueError(f"{name}: how many frames it has")\n').split() == ["raise", "ValueError()"]
+    for one, other in (("'v'", "'w'"), ("f'{x:.2f} px'", "f'{x:.3f} px'"), ("'ij, jk -> ik'", "'ij, kj -> ik'")):
+        assert code_of(f"y = f({one})\n") != code_of(f"y = f({other})\n")
 
 
 def test_modules_that_are_used_through_others_count_with_their_packages() -> None:

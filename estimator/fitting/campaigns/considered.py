@@ -8,9 +8,9 @@ part of it up: with normal matrix ``H`` of the fitted parameters ``x``, their pr
 
 is the covariance of both, and that of a velocity follows from its derivatives by both. Valid where the fit is linear over ``P``.
 
-An effect ``d`` that the fit has, though it may as well not be there, is the other way round: with the probability ``1 - w`` that it is not,
-its value is not ``d`` but none, and what is fitted beside it moves by ``(H⁻¹)_xd (H⁻¹)_dd⁻¹ d``. Both together are the variance over models, with
-and without each [Hoeting et al. 1999, Bayesian model averaging], about the values of the fit.
+An effect ``d`` that the fit has, though it may as well not be there, is the other way round: with the probability ``1 - w`` that it is
+not, its value is not ``d`` but none, and what is fitted beside it moves by ``(H⁻¹)_xd (H⁻¹)_dd⁻¹ d``. Both together are the variance over
+models, with and without each [Hoeting et al. 1999, Bayesian model averaging], about the values of the fit.
 """
 
 from collections.abc import Mapping, Sequence
