@@ -283,8 +283,8 @@ class EffectModel:
     constant: ClassVar[bool] = False
     """Whether it is a force that is the same at every moment of a flight."""
     noise: bool = False
-    """Whether it is noise of what was measured: where effects are searched for (``explain``) it is in every set, as large as the evidence
-    has it, and in no answer. The score tests (``diagnose``) hold it a candidate as any other."""
+    """Whether it is noise of what was measured: where effects are searched for (``explain``) it is in every set in which it does something,
+    as large as the evidence has it, and in no answer. The score tests (``diagnose``) hold it a candidate as any other."""
     lifts: ClassVar[bool] = False
     """Whether its acceleration is a lift, across the velocity through the air."""
     of_lift: ClassVar[bool] = False
