@@ -61,6 +61,11 @@ def parser() -> argparse.ArgumentParser:
         metavar="SHARE",
         help="how well lengths of the particle's views are known, as the squares of a printed board: 0.1%% (default: exactly)",
     )
+    verb.add_argument(
+        "--focal-sigma",
+        metavar="SHARE",
+        help="how well a focal length is known of which the camera's file does not say it: 1%% (default: exactly)",
+    )
     verb.add_argument("--masks", action="store_true", help="the pictures are masks: bright where the particle is")
     verb.add_argument("--dry-run", action="store_true", help="print what the headers say and what is missing; decode and write nothing")
     add_output(verb, default="out/run")
@@ -100,6 +105,7 @@ def request_of(arguments: argparse.Namespace) -> Request:
         stamped=None if arguments.stamps is None else Moment(arguments.stamps),
         masks=arguments.masks,
         length_sigma=None if arguments.length_sigma is None else quantity("--length-sigma", arguments.length_sigma, PARTS) or None,
+        focal_sigma=None if arguments.focal_sigma is None else quantity("--focal-sigma", arguments.focal_sigma, PARTS) or None,
         clock_sigma_s=0.0 if arguments.clock_sigma is None else quantity("--clock-sigma", arguments.clock_sigma, UNITS_S),
     )
 
@@ -157,6 +163,7 @@ def _whole_command(arguments: argparse.Namespace) -> str:
     words += ["--masks"] if arguments.masks else []
     words += [] if arguments.clock_sigma is None else ["--clock-sigma", arguments.clock_sigma]
     words += [] if arguments.length_sigma is None else ["--length-sigma", arguments.length_sigma]
+    words += [] if arguments.focal_sigma is None else ["--focal-sigma", arguments.focal_sigma]
     cameras = [str(path) for path in arguments.camera] or ["CAMERA"]
     words += [word for camera in cameras for word in ("--camera", camera)]
     words += ["--particle", str(arguments.particle or "PARTICLE"), f"--gravity={arguments.gravity or 'down'}"]

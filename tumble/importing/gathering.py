@@ -22,6 +22,9 @@ from tumble.result_files import observations_in
 
 Array = NDArray[np.float64]
 STANDARD_GRAVITY_MS2 = 9.80665
+ASSUMED_CENTRE = 0.02
+"""Standard deviation of an assumed principal point over the picture's larger side: lenses sit in their mounts within one to three per
+cent of it. By judgement."""
 CROPPED = "their centre is not where the lens's axis is"
 CAMERA = Missing(
     "camera",
@@ -78,7 +81,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
         raise InputError("--clock-sigma: expected several cameras of one flight, got one.")
     sources = tuple(source_of(path, request, decode=decode) for path in videos)
     clocks, values, missing, remarks = clocks_of(sources, request)
-    cameras = tuple(_camera(path, sources, k) for k, path in enumerate(request.cameras))
+    cameras = tuple(_as_sure(_camera(path, sources, k), request, k) for k, path in enumerate(request.cameras))
     values += [
         Value("camera", _lens(c), str(p.resolve()), Origin.GIVEN, f"--camera {p}") for c, p in zip(cameras, request.cameras, strict=True)
     ]
@@ -140,21 +143,37 @@ def _camera(path: Path, sources: Sequence[Source], number: int) -> HsvCamera:
     return replace(camera, name="hsv" if len(sources) == 1 else f"hsv_{number + 1}")
 
 
+def _as_sure(camera: HsvCamera, request: Request, number: int) -> HsvCamera:
+    """The camera with how sure its lens is, where its calibration does not say it: as stated beside it, and as its assumed centre is."""
+    path = request.cameras[number]
+    if camera.lens_covariance is not None:
+        if request.focal_sigma is not None:
+            raise InputError(f"--focal-sigma: expected a camera that does not say how sure its lens is, got {path}, which does.")
+        return camera
+    lens, C = camera.intrinsics, np.zeros((9, 9))
+    if request.focal_sigma is not None:
+        f = np.array([lens.fx_px, lens.fy_px])
+        C[:2, :2] = request.focal_sigma**2 * np.outer(f, f)
+    if not states_principal_point(path, number):
+        C[2, 2] = C[3, 3] = (ASSUMED_CENTRE * max(lens.width_px, lens.height_px)) ** 2
+    return replace(camera, lens_covariance=C) if C.any() else camera
+
+
 def _lens(camera: HsvCamera) -> str:
     words = f"focal length {camera.intrinsics.fx_px:.1f} x {camera.intrinsics.fy_px:.1f} px"
-    if camera.lens_covariance is None:
-        return f"{words}, how sure it is not stated"
+    if camera.lens_covariance is None or not camera.lens_covariance[0, 0]:
+        return f"{words}, taken as exact: how sure it is not stated (--focal-sigma)"
     sigma = np.sqrt(camera.lens_covariance[0, 0]) / camera.intrinsics.fx_px
     return f"{words} ± {100.0 * sigma:.2g} %"
 
 
 def _principal_point(camera: HsvCamera, number: int, path: Path) -> Value:
     """Where the lens's axis meets the picture, and whether the calibration says it."""
-    lens = camera.intrinsics
-    stated = states_principal_point(path, number)
+    lens, stated = camera.intrinsics, states_principal_point(path, number)
+    sigma = 0.0 if camera.lens_covariance is None else float(np.sqrt(camera.lens_covariance[2, 2]))
     return Value(
         "principal_point",
-        f"({lens.cx_px:.1f}, {lens.cy_px:.1f}) px",
+        f"({lens.cx_px:.1f}, {lens.cy_px:.1f})" + (f" ± {sigma:.2g} px" if sigma else " px"),
         [lens.cx_px, lens.cy_px],
         Origin.GIVEN if stated else Origin.ASSUMED,
         f"--camera {path}"

@@ -22,7 +22,7 @@ class Request:
     ``frames``: first picture and the one after the last, counted from 0 in the file. ``background``: ``auto``, ``first:N`` or a file.
     ``cameras``: calibrations, one for all videos or one for each. ``gravity``: ``down``, three numbers or a file. ``masks``: the videos
     are masks of the particle. ``clock_sigma_s``: standard deviation of what the stamps of further cameras are off those of the first;
-    ``length_sigma``, relative: that of the lengths of the particle's views.
+    ``length_sigma``, relative: that of the lengths of the particle's views; ``focal_sigma``, relative: that of the cameras' focal lengths.
     """
 
     frames: tuple[int | None, int | None] = (None, None)
@@ -37,6 +37,7 @@ class Request:
     masks: bool = False
     clock_sigma_s: float = 0.0
     length_sigma: float | None = None
+    focal_sigma: float | None = None
 
 
 @dataclass(frozen=True)
