@@ -154,7 +154,7 @@ def _additions(at: At) -> list[UnderName]:
 
 def left_out(at: At, model: Sequence[str]) -> list[UnderName]:
     """What the most probable set has beside a ``model``: something unknown, and what is not established beside it."""
-    without = (e for e in at.members if at.trial.evidence.of.effects[e].entry.key not in model)
+    without = (e for e in at.trial.evidence.acting(at.members) if at.trial.evidence.of.effects[e].entry.key not in model)
     return [_under(at, Name((e,), at.members, 0.0), at.posterior.probability(e)) for e in without]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from estimator.diagnosis.explain import Explanation
+from estimator.diagnosis.selection.names import left_out
 from estimator.motion.flight import N_PARAMETERS
 from tests.estimator.made_balls import DRAG_OF_LIFT, LIFT, explained_balls
 
@@ -64,3 +65,4 @@ def test_where_most_readings_are_wrong_balls_are_lifted_all_the_same(wrong: int)
 def test_balls_that_nothing_lifts_show_nothing_of_their_spins() -> None:
     told = explained_balls(8, 0, ("quadratic_drag", "unmeasured_lift", "uniform_acceleration"))
     assert "unmeasured_lift" not in told.fit.model.keys
+    assert not left_out(told.path[-1], told.fit.model.keys)
