@@ -12,15 +12,19 @@ from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.explain import Explanation
 from estimator.effects.link import EffectModel, Moment
 from estimator.geometry.robust_scale import robust_sigma
-from estimator.motion.flight import LAYOUT, Flight
+from estimator.motion.flight import LAYOUT
 from estimator.reports.campaign_reporting import owner_name
 
 Array = NDArray[np.float64]
+Placed = tuple[EffectModel, slice]
+"""An effect, and where its parameters lie."""
 MOST_TOLD = 6
 SMALLEST = 1e-6
 """Share of the largest value below which values of every sequence count as equal."""
 FAR = 4.0
 """Scatters (standard deviations by the median) from which on the value of one sequence stands out. By judgement."""
+SURE = 2.0
+"""Standard deviations from which on stated spins tell how much spin lifts."""
 ASIDE_DEG = 45.0
 """Angle between the lift that a flight shows and that by its stated spin from which on they contradict: a law of lift may be wrong in size,
 but no other direction. By judgement."""
@@ -57,33 +61,56 @@ def _scatter(effect: EffectModel, values: Array, names: Sequence[str]) -> list[s
 def _misread(explanation: Explanation, effect: EffectModel, part: slice) -> list[str]:
     """Which flights curve to another side than the spin that is stated of them makes them, and not by chance.
 
-    ``effect`` is the lift of what stated spins are wrong by, ``part`` its place among the parameters.
+    ``effect`` is the lift of what stated spins are wrong by, ``part`` its place among the parameters. Where the lift by stated spins may
+    as well be none, that is told: it has no side.
     """
-    fit, campaign, columns = explanation.fit, explanation.campaign, LAYOUT.size + np.arange(part.start, part.stop)
+    fit, columns = explanation.fit, LAYOUT.size + np.arange(part.start, part.stop)
     of_spin = [(e, p) for e, p in zip(fit.model.effects, fit.model.slices, strict=True) if e.lifts and not e.noise]
-    names = []
-    for number, (flight, theta) in enumerate(zip(fit.state.flights, fit.state.theta, strict=True)):
-        lift = np.sum([_acceleration(e, theta[p], flight.first, number, explanation) for e, p in of_spin], axis=0)
-        shown = lift + _acceleration(effect, theta[part], flight.first, number, explanation)
+    names, surest, count = [], 0.0, len(fit.state.flights)
+    for number, theta in enumerate(fit.state.theta):
+        lift = _lift(explanation, number, of_spin, theta)
+        shown = lift + _lift(explanation, number, [(effect, part)], theta)
         aside = lift @ shown < np.cos(np.radians(ASIDE_DEG)) * np.linalg.norm(lift) * np.linalg.norm(shown)
         C = explanation.covariance.of(number, columns)
         p = chdtrc(len(columns), float(theta[part] @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ theta[part]))
-        if aside and p < ALPHA / len(fit.state.flights):
-            names.append(campaign.sequences[number].name)
+        if aside and p < ALPHA / count:
+            names.append(explanation.campaign.sequences[number].name)
+        surest = max(surest, _times_sigma(explanation, number, of_spin, lift))
+    if of_spin and surest < SURE:
+        return [f"How much spin lifts, the stated spins of these {count} flights do not tell: every flight has a lift of its own."]
     if not of_spin or not names:
         return []
     return [
-        f"Stated spins contradict flights, which curve to another side, in {len(names)} of {len(fit.state.flights)}: {_some(names)}. "
+        f"Stated spins contradict flights, which curve to another side, in {len(names)} of {count}: {_some(names)}. "
         "Check axis, sign, and of which flight each was read; the lift is fitted there, whatever was read."
     ]
 
 
-def _acceleration(effect: EffectModel, theta: Array, flight: Flight, number: int, explanation: Explanation) -> Array:
-    """An effect's acceleration (3,) m/s² where a flight's reference time is."""
+def _times_sigma(explanation: Explanation, number: int, of_spin: Sequence[Placed], lift: Array) -> float:
+    """Size of the ``lift`` (3,) m/s² that stated spins make in a flight, in its standard deviations by the laws' parameters."""
+    theta, at = explanation.fit.state.theta[number], np.concatenate([np.arange(part.start, part.stop) for _, part in of_spin])
+    steps = [parameter.step for effect, _ in of_spin for parameter in effect.entry.parameters]
+    slopes = []
+    for place, step in zip(at, steps, strict=True):
+        off = np.where(np.arange(len(theta)) == place, step, 0.0)
+        up, down = (_lift(explanation, number, of_spin, theta + sign * off) for sign in (1.0, -1.0))
+        slopes.append((up - down) / (2.0 * step))
+    size = float(np.linalg.norm(lift))
+    along = np.array(slopes) @ lift / max(size, np.finfo(np.float64).tiny)
+    sigma = float(np.sqrt(along @ explanation.covariance.of(number, LAYOUT.size + at) @ along))
+    return size / sigma if sigma > 0.0 else np.inf
+
+
+def _lift(explanation: Explanation, number: int, effects: Sequence[Placed], theta: Array) -> Array:
+    """What ``effects`` accelerate flight ``number`` by (3,) m/s² where its reference time is, under parameters ``theta`` (q,)."""
+    flight, setting = explanation.fit.state.flights[number].first, explanation.campaign.sequences[number].setting
     v, omega = flight.v[None], flight.omega[None]
     moment = Moment(0.0, flight.x[None], v, omega, omega, np.eye(3)[None])
-    value = effect.acceleration(theta[None], moment, explanation.campaign.sequences[number].setting)
-    return np.zeros(3) if value is None else value[0]
+    total = np.zeros(3)
+    for effect, part in effects:
+        value = effect.acceleration(theta[part][None], moment, setting)
+        total += 0.0 if value is None else value[0]
+    return total
 
 
 def _some(names: Sequence[str]) -> str:

@@ -22,3 +22,8 @@ def test_a_push_of_every_flights_own_is_told_with_its_size_and_with_what_stands_
     (sentence,) = scattered(told)
     assert sentence.startswith("Uniform acceleration differs from sequence to sequence, cause unknown: a_x ")
     assert not told.noise
+
+
+def test_where_all_spins_are_of_other_flights_that_they_do_not_tell_the_lift_is_said() -> None:
+    (sentence,) = scattered(explained_balls(6, 6, ("magnus_lift", "unmeasured_lift"), seed=3))
+    assert sentence.startswith("How much spin lifts, the stated spins of these 6 flights do not tell")
