@@ -136,11 +136,10 @@ def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, Effe
 
 def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     """The diagnosis where a search stands; where it has ``ended``, what is more probable there was refitted and refused."""
-    of = at.trial.evidence.of
-    numbers = [n for n in range(of.own, len(of.effects))]
-    tests = tests_beside(of)
-    n = len([number for number in numbers if number not in at.trial.families])
-    found = {number: _finding(at, number, test, n) for number, test in zip(numbers, tests, strict=True)}
+    of, noise = at.trial.evidence.of, at.trial.noise
+    numbers, tests = range(of.own, len(of.effects)), tests_beside(of)
+    n = len(set(numbers) - at.trial.families - noise)
+    found = {number: _finding(at, number, test, n) for number, test in zip(numbers, tests, strict=True) if number not in noise}
     known = sorted((f for number, f in found.items() if number not in at.trial.families), key=lambda f: -f.log_odds)
     best: Set = at.members if ended else _best(at)
     without = {e: tuple(m for m in best if m != e) for e in best}

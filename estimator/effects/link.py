@@ -284,7 +284,7 @@ class EffectModel:
     """Whether it is a force that is the same at every moment of a flight."""
     noise: bool = False
     """Whether it is noise of what was measured: where effects are searched for (``explain``) it is in every set in which it does something,
-    as large as the evidence has it, and in no answer. The score tests (``diagnose``) hold it a candidate as any other."""
+    as large as the evidence has it, and in no answer."""
     lifts: ClassVar[bool] = False
     """Whether its acceleration is a lift, across the velocity through the air."""
     of_lift: ClassVar[bool] = False

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from estimator.diagnosis.diagnose import diagnosis_at
 from estimator.diagnosis.explain import Explanation
 from estimator.diagnosis.selection.names import left_out
 from estimator.motion.flight import N_PARAMETERS
@@ -66,3 +67,4 @@ def test_without_an_effect_that_acts_by_the_spin_a_wrong_reading_does_nothing() 
     told = explained_balls(8, 0, ("quadratic_drag", "unmeasured_lift", "uniform_acceleration"))
     assert "unmeasured_lift" not in told.fit.model.keys
     assert "unmeasured_lift" not in {each.key for each in left_out(told.path[-1], told.fit.model.keys)}
+    assert "unmeasured_lift" not in {finding.key for at in (told.begun, told.last) for finding in diagnosis_at(at).findings}
