@@ -40,12 +40,16 @@ def test_a_lens_is_as_sure_as_is_stated_or_assumed(sigma: float | None, more: st
     assert np.allclose(np.sqrt(np.diag(found.lens_covariance)[2:]), [centre, centre, 0, 0, 0, 0, 0])
 
 
-def test_what_counts_as_exact_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_counts_as_exact_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     video, camera = written(tmp_path, "")
     words = ["import", str(video), "--camera", str(camera), "--dry-run", "--out", str(tmp_path / "out")]
-    for more, lens in (([], "taken as exact: how sure it is not stated (--focal-sigma)"), (["--focal-sigma", "2%"], "± 2 %")):
-        assert main([*words, *more]) == 0
-        assert lens in " ".join(capsys.readouterr().out.split())
+    for sigma, lens in ((None, "taken as exact: how sure it is not stated (--focal-sigma)"), (0.02, "± 2 %")):
+        known = gather((video,), Request(cameras=(camera,), focal_sigma=sigma), decode=False).values
+        (shown,) = [value.shown for value in known if value.name == "camera"]
+        assert lens in shown
+    monkeypatch.setenv("COLUMNS", "1000")
+    assert main([*words, "--focal-sigma", "2%"]) == 0
+    assert "± 2 %" in capsys.readouterr().out
     for wrong in ("1mm", "-1%", "nan"):
         assert main([*words, f"--focal-sigma={wrong}"]) == 2
 

@@ -25,7 +25,7 @@ def explanation(**changed: Any) -> Any:
 
 
 def at(*keys: str) -> Any:
-    return Stub(keys=keys, members=())
+    return Stub(keys=keys, members=(), trial=Stub(evidence=Stub(acting=list)))
 
 
 def step(key: str, *, established: bool) -> Any:
