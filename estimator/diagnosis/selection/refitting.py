@@ -43,10 +43,9 @@ def refitted(
 
 
 def held_otherwise(campaign: Campaign, fit: CampaignFit, evidence: Evidence, members: Set) -> bool:
-    """Whether the evidence about the ``fit`` of a set has noise of what was measured half as wide, or twice, as it was fitted under."""
+    """Whether the evidence about the ``fit`` of a set has noise of what was measured at other scales than it was fitted under."""
     pairs = zip(_model(campaign, evidence, tuple(evidence.acting(members))).effects, fit.model.effects, strict=True)
-    held = [np.array([new.held, old.held]) for new, old in pairs if new.noise and new.held and old.held]
-    return any(bool(np.any((new > 2.0 * old) | (old > 2.0 * new))) for new, old in held)
+    return any(not np.allclose(new.held, old.held) for new, old in pairs if new.noise and new.held and old.held)
 
 
 def _model(campaign: Campaign, evidence: Evidence, members: Set) -> Model:

@@ -71,6 +71,19 @@ class Considered:
 
 
 @dataclass(frozen=True)
+class Doubt:
+    """An effect of a fit that may not be there: its ``rows`` among all parameters, and the ``shift`` (p,) of all that is left in doubt."""
+
+    rows: NDArray[np.int64]
+    shift: Array
+
+    @property
+    def of_others(self) -> Array:
+        """The shift (p,), given that the effect is there for its own values."""
+        return np.where(np.isin(np.arange(len(self.shift)), self.rows), 0.0, self.shift)
+
+
+@dataclass(frozen=True)
 class Uncertain:
     """A fit with its uncertainty: ``at`` of what it measures, ``of_values`` of its effects' values, given that their names are right."""
 
@@ -90,32 +103,29 @@ def uncertain(
 
     ``doubtful``: effects of the fit that may not be there, with the probability that they are; values of effects are given that they are.
     """
-    covariance = campaign_covariance(campaign, fit)
+    covariance, doubts = campaign_covariance(campaign, fit), doubts_of(campaign, fit, doubtful or {})
     stated = stated_possible(campaign.facts, fit.model, candidates)
-    of_values = considered(campaign, fit, doubted(campaign, fit, covariance, doubtful or {}, given=True), stated)
-    at = considered(campaign, fit, doubted(campaign, fit, covariance, doubtful or {}), _with(names, stated))
+    of_values = considered(campaign, fit, widened(covariance, [doubt.of_others for doubt in doubts]), stated)
+    at = considered(campaign, fit, widened(covariance, [doubt.shift for doubt in doubts]), _with(names, stated))
     return Uncertain(fit, at, of_values.fitted)
 
 
-def doubted(
-    campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, doubtful: Mapping[str, float], *, given: bool = False
-) -> CampaignCovariance:
-    """A covariance, widened by what would be without each of the ``doubtful`` effects, which are there with the probabilities stated.
-
-    ``given``: for the effects' own values it is taken that they are there.
-    """
-    if not doubtful:
-        return covariance
-    C, inverse = covariance.covariance.copy(), stable_inverse(fit.system(campaign).H, LEAST_SEEN)
+def doubts_of(campaign: Campaign, fit: CampaignFit, doubtful: Mapping[str, float]) -> tuple[Doubt, ...]:
+    """What would be without each of the ``doubtful`` effects of a fit, which are there with the probabilities stated."""
+    inverse, places = stable_inverse(fit.system(campaign).H, LEAST_SEEN) if doubtful else np.zeros((0, 0)), fit.layout.places
+    found = []
     for key, probability in doubtful.items():
         part = fit.model.layout[key]
-        rows, first = np.unique(np.concatenate([place[part] for place in covariance.place]), return_index=True)
+        rows, first = np.unique(np.concatenate([place[part] for place in places]), return_index=True)
         d = np.concatenate([values[part] for values in fit.state.values])[first]
         moved = inverse[:, rows] @ stable_inverse(inverse[np.ix_(rows, rows)]) @ d
-        if given:
-            moved[rows] = 0.0
-        C += (1.0 - probability) * np.outer(moved, moved)
-    return CampaignCovariance(C, covariance.place)
+        found.append(Doubt(rows, np.sqrt(1.0 - probability) * moved))
+    return tuple(found)
+
+
+def widened(covariance: CampaignCovariance, shifts: Sequence[Array]) -> CampaignCovariance:
+    """A covariance with those of ``shifts`` (p,) each that may be there or not, one standard deviation each."""
+    return CampaignCovariance(sum((np.outer(shift, shift) for shift in shifts), covariance.covariance), covariance.place)
 
 
 def _with(possible: Sequence[Possible], more: Sequence[Possible]) -> tuple[Possible, ...]:

@@ -9,6 +9,8 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.motion.flight import LAYOUT
 
+Array = NDArray[np.float64]
+
 
 def wald_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, number: int) -> float:
     """p-value of effect ``number`` being zero; parameters that are searched for do not count, and numbers of nothing are zero."""
@@ -26,6 +28,9 @@ def zero_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance,
     sequences = sorted(set(campaign.sharing(scope)))
     rows = np.concatenate([covariance.place[s][LAYOUT.size + columns] for s in sequences])
     theta = np.concatenate([fit.state.theta[s][columns] for s in sequences])
-    C = covariance.covariance[np.ix_(rows, rows)]
-    statistic = float(theta @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ theta)
-    return float(chdtrc(len(rows), statistic))
+    return p_of_zero(theta, covariance.covariance[np.ix_(rows, rows)])
+
+
+def p_of_zero(theta: Array, C: Array) -> float:
+    """p-value of ``theta`` (c,), with covariance ``C`` (c, c), being zero."""
+    return float(chdtrc(len(theta), float(theta @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ theta)))

@@ -13,7 +13,7 @@ from estimator.effects.choosing import catalogue, chosen_effects
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
-from estimator.fitting.campaigns.considered import Considered, considered, doubted, stated_possible
+from estimator.fitting.campaigns.considered import Considered, considered, doubts_of, stated_possible, widened
 from estimator.fitting.campaigns.facts import Fact
 from estimator.fitting.campaigns.impacts import impacts
 from estimator.measurements.trajectories.registering import register_trajectories
@@ -133,10 +133,12 @@ def test_a_doubtful_effect_widens_by_what_a_fit_without_it_says() -> None:
     without = fit_campaign(campaign, CampaignState(fit.state.flights, tuple(theta[:0] for theta in fit.state.theta)), Model(()))
     covariance, rows = campaign_covariance(campaign, fit), np.arange(N_PARAMETERS + 1)
     drag = np.array([N_PARAMETERS])
-    for given in (False, True):
-        more = doubted(campaign, fit, covariance, {"linear_drag": 0.5}, given=given).of(1, rows) - covariance.of(1, rows)
+    (doubt,) = doubts_of(campaign, fit, {"linear_drag": 0.5})
+    for given, shifted in ((False, doubt.shift), (True, doubt.of_others)):
+        more = widened(covariance, [shifted]).of(1, rows) - covariance.of(1, rows)
         shift = without.state.flights[1].values[V] - fit.state.flights[1].values[V]
         assert np.sqrt(2.0 * np.diag(more)[V]) == pytest.approx(np.abs(shift), abs=0.05 * np.abs(shift).max())
         own = 0.0 if given else 0.5 * float(fit.state.theta[1][0]) ** 2
         assert more[np.ix_(drag, drag)].item() == pytest.approx(own, rel=1e-6)
-    assert doubted(campaign, fit, covariance, {}).of(1, rows) == pytest.approx(covariance.of(1, rows))
+    assert widened(covariance, []).of(1, rows) == pytest.approx(covariance.of(1, rows))
+    assert doubts_of(campaign, fit, {}) == ()
