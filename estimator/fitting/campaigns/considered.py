@@ -72,7 +72,7 @@ class Considered:
 
 @dataclass(frozen=True)
 class Doubt:
-    """An effect of a fit that may not be there: its ``rows`` among all parameters, and the ``shift`` (p,) of all that is left in doubt."""
+    """An effect that may not be there: its ``rows`` (q,) among all p parameters of a fit, and the ``shift`` (p,) of all left in doubt."""
 
     rows: NDArray[np.int64]
     shift: Array
