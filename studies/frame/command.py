@@ -1,8 +1,9 @@
 """The command line: ``python -m studies NAME --out DIR [--small] [--jobs N] [--count N] [--seed S] [--particles FOLDER]``.
 
 Rows, page and picture are written into ``DIR``; with ``--docs docs`` they go where committed ones lie. ``--page`` writes page and picture
-anew from the rows that are there and measures nothing, ``--together`` the page over all studies. ``--list``: all studies, and of which
-code the committed results are.
+anew from the rows that are there and measures nothing, ``--together`` the page over all studies. ``--again N``: make N cases of the
+committed result anew, and say whether the code as it is makes the same rows. ``--list``: all studies, and of which code the committed
+results are.
 """
 
 import argparse
@@ -12,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from datasets.errors import TumbleError
+from studies.frame.again import made_again
 from studies.frame.conduct import Conduct, conduct
 from studies.frame.digests import of_libraries, of_modules
 from studies.frame.pages import write_pages
@@ -49,6 +51,7 @@ def _parser(studies: Sequence[Study]) -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=not_negative, help="instead of the size's")
     parser.add_argument("--particles", type=Path, help="folder with the scanned particles (PLY); without it the project's own bodies")
     parser.add_argument("--page", action="store_true", help="write page and picture anew from the rows that are there")
+    parser.add_argument("--again", type=positive, metavar="N", help="make N cases of the committed result anew, drawn at random")
     parser.add_argument("--together", action="store_true", help="write the page over all committed results")
     parser.add_argument("--list", action="store_true", help="name all studies, and of which code the committed results are")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
@@ -77,6 +80,8 @@ def _one(study: Study, given: argparse.Namespace) -> int:
     if given.page:
         print(write_pages(study, read_result(study.name, results), pages))
         return ALL_MEASURED
+    if given.again:
+        return _again(study, given)
     chosen = {key: value for key in ("seed", "count") if (value := getattr(given, key)) is not None}
     settings = replace(study.plan.small if given.small else study.plan.full, **chosen)
     size = "small" if given.small else "full"
@@ -86,6 +91,21 @@ def _one(study: Study, given: argparse.Namespace) -> int:
         print(message)
     print(write_pages(study, result, pages))
     return INCOMPLETE if result.failed else ALL_MEASURED
+
+
+def _again(study: Study, given: argparse.Namespace) -> int:
+    """Whether cases of the committed result come out as they are; where all do, that is written into it and on to its page."""
+    results, pages = (given.docs or DOCS) / "results", (given.docs or DOCS) / "studies"
+    before = read_result(study.name, results)
+    how = Conduct(executor_of(given), given.out / f"{study.name}_again", before.settings["size"], given.particles, quiet=given.quiet)
+    result, different = made_again(study, before, given.again, how)
+    if different:
+        print(f"{study.name}: {len(different)} of {given.again} cases are others now ({', '.join(different)}): it has to be measured anew")
+        return INCOMPLETE
+    write_result(result, results)
+    write_pages(study, result, pages)
+    print(f"{study.name}: {state(study, results)}")
+    return ALL_MEASURED
 
 
 def _folders(study: Study, given: argparse.Namespace) -> tuple[Path, Path]:
@@ -120,4 +140,8 @@ def state(study: Study, results: Path) -> str:
         return "older than its plan: has to be measured anew"
     now = of_libraries(study.plan.modules)
     older = [name for name, digest in result.code.items() if digest != now[name]]
-    return f"made with other code of {', '.join(older)}" if older else "made with this code"
+    if not older:
+        return "made with this code"
+    same = result.again if result.again and dict(result.again.code) == now else None
+    told = f"; of {same.of} cases {same.cases}, drawn at random, come out the same with this code" if same else ""
+    return f"made with other code of {', '.join(older)}{told}"

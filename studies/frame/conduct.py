@@ -69,7 +69,7 @@ def conduct(study: Study, settings: Settings, how: Conduct) -> Result:
         Where ``how.out`` holds cases of other settings; the message says which.
     """
     plan: Plan[Any] = study.plan
-    asked = {"size": how.size, **asdict(settings), "bodies": "scanned" if how.particles else "procedural"}
+    asked = {"size": how.size, **asdict(settings), "bodies": bodies_word(how.particles)}
     cases, found = plan.cases(settings, how.particles), versions()
     software = {key: found[key] for key in SOFTWARE}
     _hold_to_settings(how.out, study.name, asked, of_bodies(how.particles))
@@ -88,6 +88,11 @@ def conduct(study: Study, settings: Settings, how: Conduct) -> Result:
 def _rows(product: Path) -> Sequence[Row]:
     document = json.loads(product.read_text(encoding="utf-8"))
     return [{**row, "cpu_s": document["cpu_s"] / len(document["rows"])} for row in document["rows"]]
+
+
+def bodies_word(particles: Path | None) -> str:
+    """Of which kind bodies are, from the folder of scanned ones."""
+    return "scanned" if particles else "procedural"
 
 
 def of_bodies(particles: Path | None) -> dict[str, str]:

@@ -1,5 +1,6 @@
 """A study's page and picture, written from its result: at the end of a run, or anew from committed rows where the words change."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from studies.frame.digests import of_bytes, source_of
@@ -35,19 +36,25 @@ def page_lines(study: Study, result: Result) -> list[str]:
 def how_made(result: Result) -> list[str]:
     """The last lines of a page."""
     asked = ", ".join(f"{key} {_said(value)}" for key, value in result.settings.items())
-    code = ", ".join(f"`{name}` {digest}" for name, digest in result.code.items())
     size = " --small" if result.settings["size"] == "small" else ""
     drawn = f" --count {result.settings['count']} --seed {result.settings['seed']}"
     particles = " --particles FOLDER" if result.settings["bodies"] == "scanned" else ""
     command = f"python -m studies {result.study} --out FOLDER{size}{drawn}{particles}"
+    again = result.again
+    same = f"Of {again.of} cases {again.cases}, drawn at random, are the same with code of {_digests(again.code)}." if again else ""
     made = paragraph(
-        f"Settings: {asked}. Made with code of {code} (digests of what it uses of them; `python -m studies --list` says whether they",
-        "are those of now),",
+        f"Settings: {asked}. Made with code of {_digests(result.code)} (digests of what it uses of them;",
+        "`python -m studies --list` says whether they are those of now),",
         f"{', '.join(f'{name} {version}' for name, version in result.versions.items())}.",
+        *([same] if same else []),
         f"[Every row](../results/{result.study}.csv), [what made them](../results/{result.study}.json);",
         f"the page is written from these files. Cases took {result.rows['cpu_s'].sum() / 60:.1f} min of CPU.",
     )
     return ["## Again", "", "```sh", command, "```", "", *made]
+
+
+def _digests(code: Mapping[str, str]) -> str:
+    return ", ".join(f"`{name}` {digest}" for name, digest in code.items())
 
 
 def _said(value: object) -> str:
