@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import oriented
 from synth.effects import EffectsInForce
-from synth.silhouette import OutlineMesh, contour_segments, outline_mesh
+from synth.silhouette import OutlineMesh, contour_edges, outline_mesh
 from synth.silhouette.outer_ring import outer_ring
 
 Array = NDArray[np.float64]
@@ -50,7 +50,7 @@ def row_by_row_outline(
     for _ in range(ITERATIONS):
         px = _pictured(camera, np.einsum("kv,kvc->vc", _weights(nodes, delays), known), effects, stamp_s + delays)
         delays = effects.row_delays_s(px[:, 1], camera)
-    return oriented(outer_ring(contour_segments(mesh, px)))
+    return oriented(outer_ring(px, contour_edges(mesh, px)))
 
 
 def _pictured(camera: Intrinsics, points_cam: Array, effects: EffectsInForce, stamps_s: Array) -> Array:

@@ -1,14 +1,14 @@
 """Outlines of meshes: exact, with stated boundary noise, or those of blurred pictures."""
 
 from synth.silhouette.coverage import Grid, blurred, grid_around, level_outline, mean_coverage, quantile_coverage
-from synth.silhouette.exact_outline import OutlineMesh, contour_segments, exact_outline, outline_mesh
+from synth.silhouette.exact_outline import OutlineMesh, contour_edges, exact_outline, outline_mesh
 from synth.silhouette.noisy_outline import noisy, noisy_outline
 
 __all__ = [
     "Grid",
     "OutlineMesh",
     "blurred",
-    "contour_segments",
+    "contour_edges",
     "exact_outline",
     "grid_around",
     "level_outline",

@@ -2,8 +2,8 @@
 
 A point of the silhouette's boundary lies on a contour edge: an edge between a face that the camera centre sees and one that
 it does not. Seen from the camera a face is front-facing when its projection has one sign of area, so both the test and the
-projection need ideal image coordinates only. The contour edges, noded against each other, cut the plane into regions; the
-outline is the outer ring of the union of all bounded regions (:mod:`synth.silhouette.outer_ring`), so that holes count as filled.
+projection need ideal image coordinates only. The outline is the outer ring of what the contour edges, along their front faces, wind
+round (:mod:`synth.silhouette.outer_ring`), so that holes count as filled.
 Straight edges stay straight under the ideal projection; with lens distortion they bend, and the ring is subdivided before it is
 distorted (chords of at most ``MAX_CHORD_PX``, an error below 1e-5 px for moderate lenses).
 
@@ -17,7 +17,6 @@ from typing import cast
 
 import numpy as np
 import shapely
-import trimesh
 from jaxtyping import Float
 from numpy.typing import NDArray
 
@@ -38,6 +37,8 @@ MOST_OUTLINES = 512
 class OutlineMesh:
     """A closed mesh with its edges: ``edges`` (e, 2) vertex pairs and ``edge_faces`` (e, 2) the faces on either side.
 
+    An edge runs as in its first face, and so against its second. One where four faces meet is two edges.
+
     ``outlines`` (n, 2) px: the latest ones, by camera and pose.
     """
 
@@ -49,20 +50,25 @@ class OutlineMesh:
 
 
 def outline_mesh(vertices: Float[NDArray[np.float64], "v 3"], faces: NDArray[np.int64]) -> OutlineMesh:
-    """Find the edges of a closed mesh once, for any number of outlines; meshes of the same numbers are one."""
+    """Find the edges of a closed mesh once, for any number of outlines; meshes of the same numbers are one.
+
+    Raises
+    ------
+    ValueError
+        Where the mesh is not closed, or its faces are not oriented consistently.
+    """
     return _outline_mesh(np.asarray(vertices, dtype=np.float64).tobytes(), np.asarray(faces, dtype=np.int64).tobytes())
 
 
 @lru_cache(maxsize=MOST_MESHES)
 def _outline_mesh(vertices: bytes, faces: bytes) -> OutlineMesh:
     points, triangles = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
-    mesh = trimesh.Trimesh(points, triangles, process=False)
-    return OutlineMesh(
-        points,
-        triangles,
-        np.asarray(mesh.face_adjacency_edges, dtype=np.int64),
-        np.asarray(mesh.face_adjacency, dtype=np.int64),
-    )
+    sides = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    up, down = np.flatnonzero(sides[:, 0] < sides[:, 1]), np.flatnonzero(sides[:, 0] >= sides[:, 1])
+    up, down = up[np.lexsort(sides[up].T)], down[np.lexsort(sides[down, ::-1].T)]
+    if not np.array_equal(sides[up], sides[down, ::-1]):
+        raise ValueError("expected a closed mesh with consistently oriented faces, got one with a face's side that no other face runs back")
+    return OutlineMesh(points, triangles, sides[up], np.column_stack([up, down]) // 3)
 
 
 def exact_outline(
@@ -92,23 +98,23 @@ def _outline(mesh: OutlineMesh, intrinsics: Intrinsics, R_cam_particle: Array, t
         raise ValueError(f"the mesh must lie in front of the camera; its nearest vertex has z = {points_cam[:, 2].min():.4g} m")
     focal_px = (intrinsics.fx_px, intrinsics.fy_px)
     ideal = np.column_stack([points_cam[:, axis] / points_cam[:, 2] * focal_px[axis] for axis in (0, 1)])
-    ring = outer_ring(contour_segments(mesh, ideal))
+    ring = outer_ring(ideal, contour_edges(mesh, ideal))
     if any(intrinsics.distortion):
         ring = _subdivided(ring)
     return oriented(intrinsics.distort(ring / focal_px))
 
 
-def contour_segments(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v 2"]) -> Float[NDArray[np.float64], "s 2 2"]:
-    """The contour edges' projections; ``projected`` are the vertices in ideal image coordinates (any scale)."""
-    return projected[contour_edges(mesh, projected)]
-
-
 def contour_edges(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v 2"]) -> NDArray[np.int64]:
-    """The contour edges as pairs (s, 2) of vertices; ``projected`` are all vertices in ideal image coordinates (any scale)."""
+    """The contour edges as pairs (s, 2) of vertices, each as it runs in its front face.
+
+    ``projected`` are all vertices in ideal image coordinates (any scale).
+    """
     x, y = (projected[:, axis].take(mesh.faces.T) for axis in (0, 1))
     seen = (x[1] - x[0]) * (y[2] - y[0]) < (y[1] - y[0]) * (x[2] - x[0])
-    either = seen.take(mesh.edge_faces)
-    return mesh.edges.take(np.flatnonzero(either[:, 0] != either[:, 1]), axis=0)
+    first, second = seen.take(mesh.edge_faces.T)
+    contour = np.flatnonzero(first != second)
+    edges = mesh.edges.take(contour, axis=0)
+    return np.where(first[contour, None], edges, edges[:, ::-1])
 
 
 def _subdivided(ring: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The outline is the outline: against hulls, rasterised faces, brute force and known bodies."""
+"""The outline is the outline: against hulls, rasterised faces, regions between noded contour edges and known bodies."""
 
 from pathlib import Path
 
@@ -13,9 +13,8 @@ from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import signed_area
 from synth.particles.family import procedural
 from synth.particles.mesh_import import read_mesh
-from synth.silhouette import OutlineMesh, exact_outline, outline_mesh
-from synth.silhouette.exact_outline import contour_segments
-from synth.silhouette.outer_ring import _enclosed, near_outside, outer_ring
+from synth.silhouette import OutlineMesh, contour_edges, exact_outline, outline_mesh
+from synth.silhouette.outer_ring import outer_ring
 
 HSV = Intrinsics(1024, 1024, 6000.0, 6000.0, 511.5, 511.5)
 BENT = Intrinsics(1024, 1024, 900.0, 880.0, 500.0, 530.0, (-0.2, 0.05, 1e-3, -5e-4, 0.0))
@@ -41,6 +40,21 @@ def projected(mesh: OutlineMesh, camera: Intrinsics, R: np.ndarray, t: np.ndarra
     return camera.project(mesh.vertices @ R.T + t)
 
 
+def enclosed(segments: np.ndarray) -> shapely.Polygon:
+    """All that ``segments`` (s, 2, 2) enclose, the largest part, without its holes: an independent way to the outline."""
+    regions = shapely.polygonize([shapely.node(shapely.multilinestrings(segments))])
+    filled = shapely.polygons(shapely.get_exterior_ring(shapely.get_parts(shapely.coverage_union_all([regions]))))
+    return filled[np.argmax(shapely.area(filled))]
+
+
+def check_ring(px: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    ring, expected = outer_ring(px, edges), enclosed(px[edges])
+    assert shapely.polygons(ring).is_valid
+    assert shapely.polygons(ring).symmetric_difference(expected).area < 1e-9
+    assert shapely.hausdorff_distance(shapely.linearrings(ring), expected.exterior) < 1e-8
+    return ring
+
+
 def check_hull(mesh: OutlineMesh, R: np.ndarray, t: np.ndarray) -> None:
     outline = exact_outline(mesh, HSV, R, t)
     of_vertices = shapely.convex_hull(shapely.multipoints(projected(mesh, HSV, R, t)))
@@ -61,9 +75,8 @@ def test_outlines_of_scanned_particles(shared_data: Path, name: str) -> None:
     mesh = scaled(read_mesh(shared_data / "particles" / f"{name}.ply"))
     for seed in range(3):
         check_hull(mesh, *pose(seed))
-        segments = contour_segments(mesh, projected(mesh, HSV, *pose(seed)))
-        every = _enclosed(segments)
-        assert every.symmetric_difference(shapely.polygons(outer_ring(segments))).area < 1e-9
+        px = projected(mesh, HSV, *pose(seed))
+        check_ring(px, contour_edges(mesh, px))
 
 
 @pytest.mark.parametrize("body", range(3))
@@ -116,17 +129,65 @@ def test_distortion_bends_the_long_edges_of_a_box() -> None:
     assert np.abs(straight - on_edge).max() > 5
 
 
-def test_segments_left_out_wrongly_are_taken_after_all(monkeypatch: pytest.MonkeyPatch) -> None:
+def apart(gap: float, *shares: float) -> trimesh.Trimesh:
+    """Jagged bodies of the given sizes beside each other along x."""
+    parts = [procedural("jagged", 0.9, np.random.default_rng(5)).apply_scale(share) for share in shares]
+    return trimesh.util.concatenate([part.apply_translation([k * gap, 0.0, 0.0]) for k, part in enumerate(parts)])
+
+
+@pytest.mark.parametrize(
+    "body",
+    [*bodies(), trimesh.creation.torus(4e-3, 1e-3, major_sections=48, minor_sections=24), apart(0.5, 1.0, 0.7), apart(20.0, 0.7, 1.0, 0.9)],
+    ids=["ellipsoid", "cut_stone", "jagged", "torus", "two that overlap", "three apart"],
+)
+def test_the_ring_is_that_of_all_that_contour_edges_enclose(body: trimesh.Trimesh) -> None:
+    mesh = scaled(body)
+    for seed in range(4):
+        px = projected(mesh, HSV, *pose(seed))
+        edges = contour_edges(mesh, px)
+        ring = check_ring(px, edges)
+        for unit in (1.3e-7, 7e5):
+            np.testing.assert_allclose(outer_ring(unit * px, edges) / unit, ring, rtol=0, atol=1e-8)
+
+
+def test_the_ring_ends_with_the_first_edge_on_it() -> None:
+    mesh = scaled(bodies()[0])
+    px = projected(mesh, HSV, *pose(2))
+    edges = contour_edges(mesh, px)
+    np.testing.assert_allclose(outer_ring(px, edges)[[-1, 0]], px[edges[0]], rtol=0, atol=1e-10)
+
+
+def test_faces_seen_from_the_side_add_nothing() -> None:
+    box = trimesh.creation.box((1.0, 2.0, 3.0))
+    mesh = outline_mesh(box.vertices, np.asarray(box.faces))
+    for R in (np.eye(3), Rotation.from_euler("z", 30, degrees=True).as_matrix(), Rotation.from_euler("x", 40, degrees=True).as_matrix()):
+        px = (mesh.vertices @ R.T)[:, :2]  # from afar, along at least two of its faces
+        check_ring(px, contour_edges(mesh, px))
+
+
+def test_several_loops_may_meet_at_a_vertex() -> None:
     mesh = scaled(procedural("jagged", 0.9, np.random.default_rng(5)))
-    segments = contour_segments(mesh, projected(mesh, HSV, *pose(6)))
-    expected = outer_ring(segments)
+    px = projected(mesh, HSV, *pose(6))
+    edges = contour_edges(mesh, px)
+    assert np.bincount(edges[:, 0]).max() > 1
+    check_ring(px, edges)
 
-    def half_of_it(s: np.ndarray) -> np.ndarray:
-        return near_outside(s) & (s[:, 0, 0] < np.median(s[:, 0, 0]))
 
-    monkeypatch.setattr("synth.silhouette.outer_ring.near_outside", half_of_it)
-    found = shapely.polygons(outer_ring(segments))
-    assert found.symmetric_difference(shapely.polygons(expected)).area < 1e-9
+def test_two_bodies_that_share_an_edge_have_it_twice() -> None:
+    one = trimesh.creation.box((1.0, 1.0, 1.0))
+    pair = trimesh.util.concatenate([one, one.copy().apply_translation([1.0, 1.0, 0.0])])
+    pair.merge_vertices()
+    mesh = outline_mesh(pair.vertices, np.asarray(pair.faces))
+    assert len(mesh.edges) == 36
+    R = Rotation.from_euler("xyz", [20, 30, 10], degrees=True).as_matrix()
+    px = (mesh.vertices @ R.T)[:, :2]
+    check_ring(px, contour_edges(mesh, px))
+
+
+def test_an_open_mesh_is_refused() -> None:
+    body = bodies()[0]
+    with pytest.raises(ValueError, match="expected a closed mesh"):
+        outline_mesh(body.vertices, np.asarray(body.faces)[1:])
 
 
 def test_a_body_behind_the_camera_is_refused() -> None:
