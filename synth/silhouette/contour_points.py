@@ -10,11 +10,11 @@ order in the move, and not for samples on steps of the outline that are finer th
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
+from synth.contour_kernels import nearest_segments
 from synth.silhouette.exact_outline import OutlineMesh, contour_edges
 
 Array = NDArray[np.float64]
@@ -56,10 +56,9 @@ def contour_points(
     ideal = np.column_stack([vertices_cam[:, axis] / vertices_cam[:, 2] for axis in (0, 1)])
     edges = contour_edges(mesh, ideal)
     samples = intrinsics.normalise(samples_px)
-    tree = shapely.STRtree(shapely.linestrings(ideal[edges]))
-    own = edges[tree.query_nearest(shapely.points(samples), all_matches=False)[1]]
+    nearest, share = nearest_segments(samples, ideal[edges])
+    own = edges[nearest]
     start, along = ideal[own[:, 0]], ideal[own[:, 1]] - ideal[own[:, 0]]
-    share = np.clip(np.sum((samples - start) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
     nearness = (1.0 - share) / vertices_cam[own[:, 0], 2] + share / vertices_cam[own[:, 1], 2]
     points = np.column_stack([start + share[:, None] * along, np.ones(len(share))]) / nearness[:, None]
     lens = _lens(intrinsics, samples)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import oriented
+from synth.contour_kernels import between_seen_and_unseen
 from synth.silhouette.outer_ring import outer_ring
 
 Array = NDArray[np.float64]
@@ -109,12 +110,7 @@ def contour_edges(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v 2"
 
     ``projected`` are all vertices in ideal image coordinates (any scale).
     """
-    x, y = (projected[:, axis].take(mesh.faces.T) for axis in (0, 1))
-    seen = (x[1] - x[0]) * (y[2] - y[0]) < (y[1] - y[0]) * (x[2] - x[0])
-    first, second = seen.take(mesh.edge_faces.T)
-    contour = np.flatnonzero(first != second)
-    edges = mesh.edges.take(contour, axis=0)
-    return np.where(first[contour, None], edges, edges[:, ::-1])
+    return cast(NDArray[np.int64], between_seen_and_unseen(mesh.faces, mesh.edges, mesh.edge_faces, projected))
 
 
 def _subdivided(ring: Array) -> Array:

@@ -5,7 +5,7 @@ round a point of the picture as front faces cover it, so that the silhouette is 
 Clipper2]. At a vertex where several loops meet any edge that leaves may follow any that arrives: winding numbers are the same.
 """
 
-from typing import cast
+from itertools import pairwise
 
 import manifold3d
 import numpy as np
@@ -13,6 +13,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from datasets.vocabulary.outline import signed_area
+from synth.contour_kernels import loops
 
 Array = NDArray[np.float64]
 
@@ -34,27 +35,11 @@ def outer_ring(projected: Float[NDArray[np.float64], "v 2"], edges: NDArray[np.i
     origin = sides[0, 0]
     power = np.exp2(np.floor(np.log2(STEPS / np.ptp(sides[:, 0], axis=0).max())))
     grid = np.rint((sides - origin) * power)
-    starts = grid[:, 0] * UNIT
-    section = manifold3d.CrossSection([starts[loop] for loop in _loops(edges)], manifold3d.FillRule.NonZero)
+    order, begins = loops(edges)
+    corners = grid[order, 0] * UNIT
+    section = manifold3d.CrossSection([corners[a:b] for a, b in pairwise(begins.tolist())], manifold3d.FillRule.NonZero)
     ring = np.rint(max(section.to_polygons(), key=signed_area)[::-1] / UNIT)
     place = {point: k for k, point in enumerate(map(tuple, ring.tolist()))}
     ends_first = map(tuple, grid[:, ::-1].reshape(-1, 2))
     first = next(place[point] + k % 2 for k, point in enumerate(ends_first) if point in place)
     return np.roll(ring, -first, axis=0) / power + origin
-
-
-def _loops(edges: NDArray[np.int64]) -> list[list[int]]:
-    """Closed loops of directed ``edges`` (s, 2), as their numbers."""
-    start, end = edges.T
-    leaving, arriving = np.argsort(start, kind="stable"), np.argsort(end, kind="stable")
-    following = np.empty_like(leaving)
-    following[arriving] = leaving
-    left, loops = cast(list[int], following.tolist()), []
-    for first in range(len(left)):
-        edge, loop = first, []
-        while (after := left[edge]) >= 0:
-            loop.append(edge)
-            left[edge], edge = -1, after
-        if loop:
-            loops.append(loop)
-    return loops
