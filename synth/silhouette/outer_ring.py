@@ -41,5 +41,5 @@ def outer_ring(projected: Float[NDArray[np.float64], "v 2"], edges: NDArray[np.i
     ring = np.rint(max(section.to_polygons(), key=signed_area)[::-1] / UNIT)
     place = {point: k for k, point in enumerate(map(tuple, ring.tolist()))}
     ends_first = map(tuple, grid[:, ::-1].reshape(-1, 2))
-    first = next(place[point] + k % 2 for k, point in enumerate(ends_first) if point in place)
+    first = next((place[point] + k % 2 for k, point in enumerate(ends_first) if point in place), 0)
     return np.roll(ring, -first, axis=0) / power + origin
