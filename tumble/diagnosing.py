@@ -16,8 +16,8 @@ from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage, begins, in_words
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
-from estimator.diagnosis.explain import Explanation, explain
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, Unknown, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
+from estimator.diagnosis.explain import ESTABLISHED, Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.selection.names import left_out, possible_names, widened
@@ -337,10 +337,10 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(explanation.campaign, explanation.fit), rest)
-    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=1.0 if left is None else left.sure)
+    verdict, write = _with_left(question, out, verdict, left, rest)
     verdict = _beyond_noise(told_beside(verdict, explanation), floor, campaign, _sure(last))
     told_by = believed(verdict, odd, campaign.observations)
-    more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
+    more = write or (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
     content, beside = _content("explain", question, campaign, of), diagnosis_at(best, ended=True).findings
     return {
         **content,
@@ -358,6 +358,13 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
         "verdict": _told(campaign, told_by, more if told_by is verdict else question.command("compare", ())),
         "contact": None if contact is None else {"sentence": contact.sentence, "missing": list(contact.missing)},
     }
+
+
+def _with_left(question: Question, out: Path, verdict: Verdict, left: Unknown | None, rest: Document | None) -> tuple[Verdict, str]:
+    """The verdict with what is left, and the command that writes a law for it, where it is established."""
+    sure, write = 1.0 if left is None else left.sure, law_command(out)
+    told = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=sure, write=write)
+    return told, write if rest and sure >= ESTABLISHED else ""
 
 
 def climbed(question: Question, campaign: Prepared, told: Told, errors: VelocityErrors | None) -> Document:

@@ -71,7 +71,7 @@ def unknown_entry(
         "law": law_entry(found.law, names) if found.law is not None and found.described else None,
         "superfluous": list(superfluous(campaign, found)),
         "sentences": [
-            *_sentences(left, _shown(campaign, found), superfluous(campaign, found), campaign.kind.unit),
+            *_sentences(left, found, superfluous(campaign, found), campaign.kind.unit),
             *_of_several(campaign, found, names),
         ],
     }
@@ -167,11 +167,6 @@ def law_words(terms: Sequence[Term]) -> str:
     return " and ".join(t.words for t in terms)
 
 
-def _shown(campaign: Campaign, found: EmpiricalFit) -> EmpiricalFit:
-    """The fit with those of its terms that such measurements show: no torque where nothing tells how a body turns."""
-    return replace(found, terms=tuple(each for each in found.terms if campaign.kind.why_not(campaign, each) is None))
-
-
 def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit: str) -> list[str]:
     """What was found, for people; residuals are in ``unit``."""
     rms = f"held-out RMS {rms_word(unit)}"
@@ -209,7 +204,7 @@ def _place(left: Unknown) -> str:
     """At which stage something unknown sits, where its test is significant."""
     if left.p < ALPHA:
         return f"It sits in the {left.stage.value} ({p_words(left.p)})"
-    return f"These data do not show where it sits (most probably in the {left.stage.value}, without a significant test: {p_words(left.p)})"
+    return f"These data do not show where it sits (most probably in the {left.stage.value}, without a significant test)"
 
 
 def _nearest_law(law: LawFit, rms: str, unit: str) -> str:
@@ -243,10 +238,12 @@ def _exponent_words(e: Exponent, term: Term) -> str:
     return f"The {name} is {e.best:.1f} (95%: {e.interval[0]:.1f} to {e.interval[1]:.1f}); the law takes {e.taken:.3g}{always}."
 
 
-def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequence[str]], str], *, sure: float = 1.0) -> Verdict:
+def with_unknown(
+    verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequence[str]], str], *, sure: float = 1.0, write: str = ""
+) -> Verdict:
     """The verdict with what is left beside it; ``ladder``: the command that tries effects beside those the user gave.
 
-    ``sure``: probability, 0 to 1, that something is missing there.
+    ``sure``: probability, 0 to 1, that something is missing there; ``write``: the command that makes a plug-in of it.
     """
     if entry is None:
         return verdict
@@ -258,7 +255,8 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
         opening = f"{verdict.sentence.split(' Something is left')[0].split(' Then nothing')[0]} {opening}"
     kind = verdict.kind if verdict.kind == "found" else "unknown"
     kept = [key for key in verdict.add if key not in entry["superfluous"]] if verdict.kind == "found" else []
-    then = f"Once that plug-in is written: {ladder([*kept, f'./{PLUG_IN}:{CLASS}'])}"
+    begun = "Once that plug-in is written" if sure >= ESTABLISHED else f"To go on with what is suspected: {write}, and then"
+    then = f"{begun}: {ladder([*kept, f'./{PLUG_IN}:{CLASS}'])}"
     return replace(verdict, kind=kind, sentence=opening, remarks=(*entry["sentences"], then, *verdict.remarks))
 
 

@@ -1,14 +1,14 @@
 """When nothing in the catalogue fits: fit an empirical term, see what it removes and what shape it has, and propose a law.
 
 The family that names the stage (:class:`estimator.diagnosis.diagnose.Unknown`) joins the model and everything is refitted; for forces and
-torques that is a curve of each per sequence (:mod:`estimator.effects.empirical.force_curves`). What it is worth is told by frames and
-sequences that were not fitted: the share of the excess over the noise floor that it removes. For a force or torque a law is looked for
-(:mod:`estimator.diagnosis.law`) and fitted to the campaign in the curves' place; terms whose amplitudes are then compatible with zero go
-again. A law that predicts no better than the model without it is none.
+torques that is a curve of each per sequence, where it shows (:mod:`estimator.effects.empirical.force_curves`). What it is worth is told by
+what was not fitted: the share of the excess over the noise floor that it removes. A law for it (:mod:`estimator.diagnosis.law`) is fitted
+in the curves' place, without terms that are compatible with zero; one that predicts no better than the model without it is none.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,8 @@ from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.pooled_scores import pooled_scores
 from estimator.effects.empirical.families import LARGEST
 from estimator.effects.empirical.force_curves import ForceCurve, TorqueCurve
-from estimator.effects.empirical.law_effect import law_effect
-from estimator.effects.empirical.law_terms import TERMS, Term
+from estimator.effects.empirical.law_effect import law_effect, shown_terms
+from estimator.effects.empirical.law_terms import Term
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
@@ -92,7 +92,8 @@ class EmpiricalFit:
 def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: Told = lambda _sentence: None) -> EmpiricalFit:
     """Fit what a model leaves unexplained with the family that names its stage."""
     before = held_out(campaign, fit.state, fit.model)
-    terms: tuple[EffectModel, ...] = tuple(CURVES.values()) if left.stage is Stage.DYNAMICS else (_held(left.test.effect),)
+    curves = tuple(curve for curve in CURVES.values() if campaign.kind.why_not(campaign, curve) is None)
+    terms = curves if left.stage is Stage.DYNAMICS else (_held(left.test.effect),)
     wide = _with_terms(campaign, fit, terms)
     covariance = campaign_covariance(campaign, wide)
     floor = _floor(campaign, wide)
@@ -125,9 +126,8 @@ def _floor(campaign: Campaign, fit: CampaignFit) -> float:
 
 def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[HeldOut, float]) -> LawFit | None:
     """The law that predicts better than nothing, looked for in the noise that curves leave: about ``fit`` a strong one counts as noise."""
-    shown = [term for term in TERMS if campaign.kind.why_not(campaign, CURVES[term.link]) is None]
     quiet, wide = weighed_again(campaign, wide)
-    law = find_law(pooled_scores(quiet, wide), terms=shown)
+    law = find_law(pooled_scores(quiet, wide), terms=shown_terms(partial(campaign.kind.why_not, campaign)))
     if law is None:
         return None
     without, terms = fit_campaign(quiet, fit.state, fit.model), with_amplitudes(law)

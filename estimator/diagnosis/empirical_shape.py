@@ -5,6 +5,7 @@ in axes that turn with the body: a thrust that is fixed to the body is a constan
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from estimator.diagnosis.empirical_fit import EmpiricalFit
 from estimator.diagnosis.pooled_scores import moments_along
 from estimator.effects.empirical.families import BodyOutline, ImageWarp, SmoothForce, SmoothTimeShift, SmoothTorque, ZoomInTime, harmonics
 from estimator.effects.empirical.force_curves import basis
+from estimator.effects.empirical.law_effect import shown_terms
+from estimator.effects.empirical.law_terms import body_fixed
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign
 from estimator.geometry.sphere import fibonacci_sphere
@@ -96,7 +99,7 @@ def _shape(names: _Names, place: Array, A: Array, c: Coefficients) -> Shape:
 
 
 def _pushes(of: str, unit: str, where: Where, coefficients: Coefficients) -> list[Shape]:
-    """A curve in world axes and in axes that turn with the body."""
+    """A curve in world axes and, where measurements show how it is turned, in axes that turn with the body."""
     campaign, found, number = where
     assert number is not None
     setting = campaign.sequences[number].setting
@@ -105,10 +108,10 @@ def _pushes(of: str, unit: str, where: Where, coefficients: Coefficients) -> lis
     A = np.einsum("nd,kx->nkdx", basis(times, setting), np.eye(3)).reshape(IN_TIME, 3, -1)
     R = moments_along(campaign, found.fit, shares).R.reshape(len(campaign.sequences), IN_TIME, 3, 3)[number]
     turned = np.einsum("nxk,nxq->nkq", R, A)
-    return [
-        _shape(_Names(f"{of}, world axes", unit, ("time_s",), ("x", "y", "z"), number), times[:, None], A, coefficients),
-        _shape(_Names(f"{of}, body axes", unit, ("time_s",), ("1", "2", "3"), number), times[:, None], turned, coefficients),
-    ]
+    told = [_shape(_Names(f"{of}, world axes", unit, ("time_s",), ("x", "y", "z"), number), times[:, None], A, coefficients)]
+    if any(term.function is body_fixed for term in shown_terms(partial(campaign.kind.why_not, campaign))):
+        told.append(_shape(_Names(f"{of}, body axes", unit, ("time_s",), ("1", "2", "3"), number), times[:, None], turned, coefficients))
+    return told
 
 
 def _time_shift(effect: SmoothTimeShift, number: int | None, sequence: SequenceTask, coefficients: Coefficients) -> Shape:

@@ -31,8 +31,6 @@ from estimator.motion.flight import still
 from estimator.motion.rigid_body import rotation_matrices
 
 Array = NDArray[np.float64]
-N_COEFFICIENTS = 3 * len(DEGREES)
-"""Of the curve of one link in one sequence, three axes."""
 LINKS: dict[Link, EffectModel] = {"acceleration": FreeForceCurve(), "torque": FreeTorqueCurve()}
 NODES = 24
 """Of the quadrature in time: exact for products of two of these curves' polynomials, and for laws as smooth."""
@@ -72,8 +70,9 @@ def repeated(moments: Moment, times: int) -> Moment:
 
 
 def pooled_scores(campaign: Campaign, wide: CampaignFit) -> PooledScores:
-    """Scores of a campaign fitted with both curves, the last effects of the model, as if they were not there."""
-    model = Model((*wide.model.effects[:-2], StandingForceCurve(), StandingTorqueCurve()))
+    """Scores of a campaign fitted with the curves of :data:`LINKS` that it shows, as if they were not there."""
+    frozen = {curve.entry.key: curve for curve in (StandingForceCurve(), StandingTorqueCurve())}
+    model = Model(tuple(frozen.get(effect.entry.key, effect) for effect in wide.model.effects))
     standing = fit_campaign(campaign, wide.state, model, Effort(steps=0))
     on_trial = Candidates.of(campaign, LINKS.values())
     _, scores = score_tests(campaign, standing, on_trial)
@@ -82,8 +81,9 @@ def pooled_scores(campaign: Campaign, wide: CampaignFit) -> PooledScores:
     W = scores.whitener
     links = [link for each in on_trial.effects for link, curve in LINKS.items() if each.entry.key == curve.entry.key]
     design = _design(scores, W, len(campaign.sequences), links)
-    curves = np.array([theta[-2 * N_COEFFICIENTS :].reshape(2, len(DEGREES), 3) for theta in wide.state.theta])
-    there = sum((np.einsum("rsdx,sdx->r", design[link], curves[:, number]) for number, link in enumerate(LINKS)), np.zeros(len(W)))
+    fitted = dict(zip(model.keys, (np.array([theta[part] for theta in wide.state.theta]) for part in model.slices), strict=True))
+    curves = ((design[link].reshape(len(W), -1), fitted.get(curve.entry.key)) for link, curve in LINKS.items())
+    there = sum((columns @ c.ravel() for columns, c in curves if c is not None), np.zeros(len(W)))
     return PooledScores(
         y=there - W @ scores.g,
         design=design,

@@ -1,11 +1,12 @@
 """A law found by regression as an effect like any other: the sum of its terms."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from datasets.vocabulary.effects import EffectEntry, Scope, Stage
-from estimator.effects.empirical.law_terms import Term
+from estimator.effects.empirical.law_terms import TERMS, Term
 from estimator.effects.link import Array, EffectModel, Moment, Setting
 
 REFERENCE = "Found by sparse regression: Brunton, Proctor and Kutz, PNAS 113 (2016) 3932"
@@ -50,6 +51,12 @@ def law_effect(key: str, terms: tuple[Term, ...], shapes: tuple[Array, ...]) -> 
     ends = np.cumsum([0, *(len(t.parameters) for t in terms)])
     parts = tuple((t, slice(int(a), int(b))) for t, a, b in zip(terms, ends[:-1], ends[1:], strict=True))
     return LawEffect(law_entry(key, terms), parts, start, tuple(t.power for t in terms if t.power is not None))
+
+
+def shown_terms(why_not: Callable[[EffectModel], str | None]) -> list[Term]:
+    """Terms that measurements can show; ``why_not``: why they cannot show an effect. Body axes: where they tell how a body is turned."""
+    laws = ((term, law_effect("law", (term,), (term.places(np.zeros((1, 3)))[0],))) for term in TERMS)
+    return [term for term, law in laws if why_not(law) is None]
 
 
 def law_entry(key: str, terms: tuple[Term, ...]) -> EffectEntry:

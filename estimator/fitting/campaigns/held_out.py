@@ -44,7 +44,7 @@ MOST = 2.0
 """Standard deviations of its prior that something held by a prior begins within (notebook 19)."""
 LOCAL_STEPS, SETTLED = 6, 0.05
 """Steps of a refit without what is held out, and the step in standard deviations that ends it: it begins near its end. By judgement."""
-ASTRAY = (RanAway, np.linalg.LinAlgError)
+ASTRAY = (RanAway, np.linalg.LinAlgError, FloatingPointError)
 
 
 @dataclass(frozen=True)
@@ -185,8 +185,9 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     prior = np.zeros((len(columns), len(columns)))
     prior[len(layout.local) :, len(layout.local) :] = learned.information(open_, teller)
     try:
-        equations, normal = _settled(alone, state, columns, prior, model)
-        e = np.sum([_left_out(equations, columns, normal, start) for start in range(QUARTERS)], axis=0)
+        with np.errstate(over="raise"):
+            equations, normal = _settled(alone, state, columns, prior, model)
+            e = np.sum([_left_out(equations, columns, normal, start) for start in range(QUARTERS)], axis=0)
     except ASTRAY:
         return _not_predicted(campaign, number)
     seen = equations.errors.seen & (equations.errors.seen.sum(axis=0) >= QUARTERS)

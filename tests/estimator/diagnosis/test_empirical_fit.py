@@ -1,7 +1,7 @@
 """Empirical terms on campaigns whose forces no effect of the catalogue is: the stage, what they remove, their shape, and the law."""
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -13,14 +13,17 @@ from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.diagnose import Unknown, diagnose
 from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, fit_empirical, fit_terms
 from estimator.diagnosis.empirical_shape import empirical_shapes
-from estimator.effects.empirical.law_terms import Term
+from estimator.effects.empirical.law_effect import shown_terms
+from estimator.effects.empirical.law_terms import TERMS, Term
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaigns.held_out import HeldOut
 from estimator.fitting.descent import Effort
+from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.rigid_body import RanAway
+from tests.estimator.made_balls import ball
 from tests.estimator.unknown_campaigns import FORCES, THRUST, unknown_campaign
 
 Array = NDArray[np.float64]
@@ -53,6 +56,20 @@ def test_a_hidden_force_sits_in_the_dynamics_and_is_removed(key: str) -> None:
     assert removed.after.rms_px < 1.1 * removed.floor_px
     assert empirical.law is not None
     assert empirical.law.removed.share > 0.8
+
+
+def test_balls_whose_spin_was_read_once_show_no_torque_and_no_axes_of_their_own() -> None:
+    rng = np.random.default_rng(5)
+    registered = register_trajectories([ball(rng, f"shot_{i}", wrong=False, drags=True) for i in range(4)])
+    fit = base_fit(registered.campaign, registered.start)
+    left = diagnose(registered.campaign, fit, {}).unknown
+    assert left.stage is Stage.DYNAMICS
+    empirical = fit_empirical(registered.campaign, fit, left)
+    assert [term.entry.key for term in empirical.terms] == ["force_curve"]
+    assert {shape.of for shape in empirical_shapes(registered.campaign, empirical)} == {"force, world axes"}
+    assert empirical.removed.share > 0.9
+    shown = {term.key for term in shown_terms(partial(registered.campaign.kind.why_not, registered.campaign))}
+    assert {term.key for term in TERMS} - shown == {"body_fixed", "torque_constant", "torque_body_fixed", "against_spin"}
 
 
 def test_the_law_of_a_thrust_is_fixed_to_the_body() -> None:
