@@ -47,18 +47,21 @@ class Shape:
 def empirical_shapes(campaign: Campaign, found: EmpiricalFit) -> tuple[Shape, ...]:
     """The shapes of all terms of a fit."""
     shapes: list[Shape] = []
+    turned = any(term.function is body_fixed for term in shown_terms(partial(campaign.kind.why_not, campaign)))
+    R = moments_along(campaign, found.fit, np.linspace(0.0, 1.0, IN_TIME)).R.reshape(-1, IN_TIME, 3, 3) if turned else None
     slices = found.fit.model.slices[-len(found.terms) :]
     for effect, part in zip(found.terms, slices, strict=True):
         own = effect.entry.scope.own
         for number in sorted(set(campaign.sharing(effect.entry.scope))) if own else (0,):
             columns = found.fit.model.layout.columns([effect.entry.key])
             coefficients = found.fit.state.theta[number][part], found.covariance.of(number, columns)
-            shapes += _shapes(effect, (campaign, found, number if own else None), coefficients)
+            shapes += _shapes(effect, (campaign, R, number if own else None), coefficients)
     return tuple(shapes)
 
 
 Coefficients = tuple[Array, Array]
-Where = tuple[Campaign, EmpiricalFit, int | None]
+Where = tuple[Campaign, Array | None, int | None]
+"""A campaign, how its bodies are turned (s, t, 3, 3) at the instants of curves, where that is told, and the number of a sequence."""
 
 
 def _shapes(effect: EffectModel, where: Where, coefficients: Coefficients) -> list[Shape]:
@@ -100,18 +103,14 @@ def _shape(names: _Names, place: Array, A: Array, c: Coefficients) -> Shape:
 
 def _pushes(of: str, unit: str, where: Where, coefficients: Coefficients) -> list[Shape]:
     """A curve in world axes and, where measurements show how it is turned, in axes that turn with the body."""
-    campaign, found, number = where
+    campaign, R, number = where
     assert number is not None
     setting = campaign.sequences[number].setting
-    shares = np.linspace(0.0, 1.0, IN_TIME)
-    times = shares * float(setting.times_s[-1] - setting.times_s[0])
+    times = np.linspace(0.0, 1.0, IN_TIME) * float(setting.times_s[-1] - setting.times_s[0])
     A = np.einsum("nd,kx->nkdx", basis(times, setting), np.eye(3)).reshape(IN_TIME, 3, -1)
-    R = moments_along(campaign, found.fit, shares).R.reshape(len(campaign.sequences), IN_TIME, 3, 3)[number]
-    turned = np.einsum("nxk,nxq->nkq", R, A)
-    told = [_shape(_Names(f"{of}, world axes", unit, ("time_s",), ("x", "y", "z"), number), times[:, None], A, coefficients)]
-    if any(term.function is body_fixed for term in shown_terms(partial(campaign.kind.why_not, campaign))):
-        told.append(_shape(_Names(f"{of}, body axes", unit, ("time_s",), ("1", "2", "3"), number), times[:, None], turned, coefficients))
-    return told
+    axes = [("world", "xyz", A), *([] if R is None else [("body", "123", np.einsum("nxk,nxq->nkq", R[number], A))])]
+    told = ((_Names(f"{of}, {which} axes", unit, ("time_s",), tuple(names), number), along) for which, names, along in axes)
+    return [_shape(names, times[:, None], along, coefficients) for names, along in told]
 
 
 def _time_shift(effect: SmoothTimeShift, number: int | None, sequence: SequenceTask, coefficients: Coefficients) -> Shape:

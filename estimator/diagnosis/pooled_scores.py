@@ -81,9 +81,9 @@ def pooled_scores(campaign: Campaign, wide: CampaignFit) -> PooledScores:
     W = scores.whitener
     links = [link for each in on_trial.effects for link, curve in LINKS.items() if each.entry.key == curve.entry.key]
     design = _design(scores, W, len(campaign.sequences), links)
-    fitted = dict(zip(model.keys, (np.array([theta[part] for theta in wide.state.theta]) for part in model.slices), strict=True))
-    curves = ((design[link].reshape(len(W), -1), fitted.get(curve.entry.key)) for link, curve in LINKS.items())
-    there = sum((columns @ c.ravel() for columns, c in curves if c is not None), np.zeros(len(W)))
+    parts = dict(zip(model.keys, model.slices, strict=True))
+    fitted = {link: np.concatenate([theta[parts[LINKS[link].entry.key]] for theta in wide.state.theta]) for link in links}
+    there = sum((design[link].reshape(len(W), -1) @ fitted[link] for link in links), np.zeros(len(W)))
     return PooledScores(
         y=there - W @ scores.g,
         design=design,
