@@ -9,15 +9,14 @@ from numpy.typing import NDArray
 from datasets.vocabulary.effects import begins
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.explain import Explanation
-from estimator.effects.link import EffectModel, Moment
+from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.wald import p_of_zero
 from estimator.geometry.robust_scale import robust_sigma
+from estimator.measurements.trajectories.misread_spins import Placed, lift_of
 from estimator.motion.flight import LAYOUT
 from estimator.reports.campaign_reporting import owner_name
 
 Array = NDArray[np.float64]
-Placed = tuple[EffectModel, slice]
-"""An effect, and where its parameters lie."""
 MOST_TOLD = 12
 SMALLEST = 1e-6
 """Share of the largest value below which values of every sequence count as equal."""
@@ -59,42 +58,48 @@ def _scatter(effect: EffectModel, values: Array, names: Sequence[str]) -> list[s
 
 
 def _misread(explanation: Explanation, effect: EffectModel, part: slice) -> list[str]:
-    """Which flights curve to another side than the spin that is stated of them makes them, and not by chance.
+    """Which flights do not curve as the spin that is stated of them makes them, and not by chance.
 
     ``effect`` is the lift of what stated spins are wrong by, ``part`` its place among the parameters. Where the lift by stated spins may
     as well be none, that is told: it has no side.
     """
-    fit, columns = explanation.fit, LAYOUT.size + np.arange(part.start, part.stop)
-    of_spin = [(e, p) for e, p in zip(fit.model.effects, fit.model.slices, strict=True) if e.lifts and not e.noise]
-    if not of_spin:  # a plug-in's force goes by the spin, and is no lift that is known as one
+    model, tasks = explanation.fit.model, explanation.campaign.sequences
+    by_spin = [(e, p) for e, p in zip(model.effects, model.slices, strict=True) if e.lifts and not e.of_unmeasured_spin]
+    if not by_spin:  # a plug-in's force goes by the spin, and is no lift that is known as one
         return []
-    names, surest, count = [], 0.0, len(fit.state.flights)
-    for number, theta in enumerate(fit.state.theta):
-        lift = _lift(explanation, number, of_spin, theta)
-        shown = lift + _lift(explanation, number, [(effect, part)], theta)
-        aside = lift @ shown < np.cos(np.radians(ASIDE_DEG)) * np.linalg.norm(lift) * np.linalg.norm(shown)
-        if aside and p_of_zero(theta[part], explanation.covariance.of(number, columns)) < ALPHA / count:
-            names.append(explanation.campaign.sequences[number].name)
-        surest = max(surest, _times_sigma(explanation, number, of_spin, lift))
-    if surest < SURE:
+    count, believed = len(tasks), [number for number, task in enumerate(tasks) if not task.misread]
+    if max(_times_sigma(explanation, number, by_spin) for number in believed) < SURE:
         return [f"How much spin lifts, the stated spins of these {count} flights do not tell: every flight has a lift of its own."]
+    aside = {number for number in believed if _to_another_side(explanation, number, by_spin, (effect, part))}
+    names = [task.name for number, task in enumerate(tasks) if task.misread or number in aside]
     if not names:
         return []
     return [
-        f"Stated spins contradict flights, which curve to another side, in {len(names)} of {count}: {_some(names)}. "
+        f"Stated spins contradict flights, which curve otherwise, in {len(names)} of {count}: {_some(names)}. "
         "Check axis, sign, and of which flight each was read; the lift is fitted there, whatever was read."
     ]
 
 
-def _times_sigma(explanation: Explanation, number: int, of_spin: Sequence[Placed], lift: Array) -> float:
-    """Size of the ``lift`` (3,) m/s² that stated spins make in a flight, in its standard deviations by the laws' parameters."""
-    theta, at = explanation.fit.state.theta[number], np.concatenate([np.arange(part.start, part.stop) for _, part in of_spin])
-    steps = [parameter.step for effect, _ in of_spin for parameter in effect.entry.parameters]
+def _to_another_side(explanation: Explanation, number: int, by_spin: Sequence[Placed], beside: Placed) -> bool:
+    """Whether flight ``number`` curves to another side than lift ``by_spin`` says, and not by chance; ``beside``: what that lacks."""
+    theta, part = explanation.fit.state.theta[number], beside[1]
+    lift = _lift(explanation, number, by_spin, theta)
+    shown = lift + _lift(explanation, number, [beside], theta)
+    aside = lift @ shown < np.cos(np.radians(ASIDE_DEG)) * np.linalg.norm(lift) * np.linalg.norm(shown)
+    covariance = explanation.covariance.of(number, LAYOUT.size + np.arange(part.start, part.stop))
+    return bool(aside) and p_of_zero(theta[part], covariance) < ALPHA / len(explanation.campaign.sequences)
+
+
+def _times_sigma(explanation: Explanation, number: int, by_spin: Sequence[Placed]) -> float:
+    """Size of the lift that the stated spin makes in a flight, in its standard deviations by the laws' parameters."""
+    theta, at = explanation.fit.state.theta[number], np.concatenate([np.arange(part.start, part.stop) for _, part in by_spin])
+    steps = [parameter.step for effect, _ in by_spin for parameter in effect.entry.parameters]
     slopes = []
     for place, step in zip(at, steps, strict=True):
         off = np.where(np.arange(len(theta)) == place, step, 0.0)
-        up, down = (_lift(explanation, number, of_spin, theta + sign * off) for sign in (1.0, -1.0))
+        up, down = (_lift(explanation, number, by_spin, theta + sign * off) for sign in (1.0, -1.0))
         slopes.append((up - down) / (2.0 * step))
+    lift = _lift(explanation, number, by_spin, theta)
     size = float(np.linalg.norm(lift))
     along = np.array(slopes) @ lift / max(size, np.finfo(np.float64).tiny)
     sigma = float(np.sqrt(along @ explanation.covariance.of(number, LAYOUT.size + at) @ along))
@@ -102,15 +107,8 @@ def _times_sigma(explanation: Explanation, number: int, of_spin: Sequence[Placed
 
 
 def _lift(explanation: Explanation, number: int, effects: Sequence[Placed], theta: Array) -> Array:
-    """What ``effects`` accelerate flight ``number`` by (3,) m/s² where its reference time is, under parameters ``theta`` (q,)."""
-    flight, setting = explanation.fit.state.flights[number].first, explanation.campaign.sequences[number].setting
-    v, omega = flight.v[None], flight.omega[None]
-    moment = Moment(0.0, flight.x[None], v, omega, omega, np.eye(3)[None])
-    total = np.zeros(3)
-    for effect, part in effects:
-        value = effect.acceleration(theta[part][None], moment, setting)
-        total += 0.0 if value is None else value[0]
-    return total
+    """What ``effects`` accelerate flight ``number`` by (3,) m/s² at its reference time, under parameters ``theta`` (q,)."""
+    return lift_of(explanation.fit.state.flights[number].first, explanation.campaign.sequences[number].setting, effects, theta)
 
 
 def _some(names: Sequence[str]) -> str:

@@ -73,6 +73,7 @@ def unknown_entry(
         "sentences": [
             *_sentences(left, found, superfluous(campaign, found), campaign.kind.unit),
             *_of_several(campaign, found, names),
+            *_of_a_few(found.removed, names),
         ],
     }
 
@@ -229,7 +230,23 @@ def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -
         yield f"Each of the {particles} particles has values of its own in this law; those told are of the particle of {names[0]}."
 
 
+def _of_a_few(removed: Removed, names: Sequence[str]) -> Iterator[str]:
+    """Which sequences have most of it, where those are a few of many."""
+    pairs = zip(removed.before.squares, removed.after.squares, strict=True)
+    gains = np.maximum([float(before.sum() - after.sum()) for before, after in pairs], 0.0)
+    order = np.argsort(-gains)
+    few = 1 + int(np.searchsorted(np.cumsum(gains[order]), MOST_OF_IT * gains.sum()))
+    if gains.any() and few <= FEW * len(names):
+        share = gains[order[:few]].sum() / gains.sum()
+        told = ", ".join(names[i] for i in order[:few].tolist())
+        yield f"{share:.0%} of it is in {few} of {len(names)} sequences, {told}: look at these first, and what is found without them."
+
+
 MOST_OTHERS = 3
+MOST_OF_IT, FEW = 0.6, 0.25
+"""Share of what held-out errors fall by, and of the sequences that have it: where fewer do, it is rather theirs than the campaign's.
+
+By judgement."""
 
 
 def _exponent_words(e: Exponent, term: Term) -> str:

@@ -36,7 +36,7 @@ class Setting:
     the campaign and ``reach_m``, the root mean square of their distances from it. Of outlines sample by sample: ``mass`` (8, 1 + m), mass
     properties of the particle's surface and their derivatives by its amplitudes, nominal body axes. ``clocks`` of further
     cameras, by their names, where they are not the first one's. Of trajectories: ``scatter_s`` (f,), by how much later than its stamp each
-    frame was if all of the campaign were taken at even times.
+    frame was if all of the campaign were taken at even times; ``misread``: whether the spin that was read once is that of another flight.
     """
 
     times_s: Array
@@ -49,6 +49,7 @@ class Setting:
     mass: Array | None = None
     clocks: Mapping[str, Clock] = field(default_factory=dict)
     scatter_s: Array | None = None
+    misread: bool = False
 
     def of_clock(self, camera: str | None) -> "Setting":
         """The same by the stamps of a camera's own clock."""

@@ -7,11 +7,11 @@ which is not part of Tumble. Nothing of Tumble is used, only numpy and SciPy, in
    wrong. The measured spins are not used.
 2. ``W = C omega / (1 + l |omega| / |v|)`` across the flight, beside what a wrong spin makes of it: Student's density, of three degrees of
    freedom and of one, and a scale that is fitted, since some spins are wrong by far more than was stated.
-3. The same where each spin is either right, W as in 2 with a normal scatter, or wrong, W then as of any shot and nothing to do with the
-   spin: how much more likely that makes the 37 lifts, and which spins are wrong.
+3. With frames at even times and a drag of every shot: each spin is either right, W as in 2 with a normal scatter, or wrong, W then as of
+   any shot and nothing to do with the spin: how much more likely that makes the 37 lifts, and which spins are wrong.
 4. The first step again with frames at even times: what is left along y where stamps are early, and what a stretch of the volume is worth.
-5. At even times every shot has a drag of its own, too, and its W a part along the flight, which shows as the flight bends. The lift as in 2
-   from all three parts of W, and how drags go with lifts: ``k = k_0 + ratio |W| / |v|`` by Cauchy's density, beside the measured spins.
+5. As in 3, and W has a part along the flight, which shows as the flight bends. How drags go with lifts: ``k = k_0 + ratio |W| / |v|`` by
+   Cauchy's density, beside the measured spins.
 """
 
 import argparse
@@ -199,7 +199,7 @@ def told_either(shots: list[Shot], fit: Fit) -> None:
     """Print what 3 says."""
     best, plain = either(shots, fit, saturates=True), either(shots, fit, saturates=False)
     none = either(shots, fit, saturates=False, lifts=False)
-    print("where a spin is either right or wrong:")
+    print("at even times, with a drag of every shot, where a spin is either right or wrong:")
     print(f"  {expit(best.x[4]):.0%} are right; lift {1e3 * best.x[0]:.1f} e-3, saturating over {1e3 * best.x[1]:.0f} mm: a spin of")
     per = [best.x[0] / (1.0 + best.x[1] * spin / 8.0) for spin in (80.0, 200.0, 400.0)]
     print(f"  80, 200, 400 rad/s at 8 m/s lifts by {', '.join(f'{1e3 * each:.2f}' for each in per)} e-3 of it")
@@ -228,23 +228,16 @@ def fitted(shots: list[Shot], along: float = ALONG) -> Fit:
     return fit
 
 
-def cost_of_lift(at: Array, shots: list[Shot], fits: list[Fit]) -> float:
-    """As :func:`cost` for one degree of freedom, of all of W, at lift and scatter, without the prior of the part along the flight."""
-    total = 0.0
-    for shot, fit in zip(shots, fits, strict=True):
-        u = fit.own[0, 3:6] / np.linalg.norm(fit.own[0, 3:6])
-        told = np.linalg.inv(fit.covariance[0, 6:9, 6:9])
-        flown = np.linalg.inv(told - np.outer(u, u) / ANY**2)
-        away, C = flown @ told @ fit.own[0, 6:9] - at[0] * shot.spin, flown + np.exp(2.0 * at[1]) * np.eye(3)
-        total += 2.0 * np.log1p(float(away @ np.linalg.solve(C, away))) + 0.5 * np.linalg.slogdet(C)[1]
-    return float(total)
+def each_alone(shots: list[Shot]) -> Fit:
+    """All shots, each with a drag of its own."""
+    fits = [fitted([shot]) for shot in shots]
+    own, covariance = (np.concatenate([getattr(fit, name) for fit in fits]) for name in ("own", "covariance"))
+    return Fit(own, covariance, *np.mean([(fit.drag, fit.sigma) for fit in fits], axis=0), np.median([fit.noise for fit in fits], axis=0))
 
 
 def told_of_drags(shots: list[Shot]) -> None:
     """Print what 5 says."""
     fits = [fitted([shot], ANY) for shot in shots]
-    lift = minimize(cost_of_lift, BEGIN[[0, 2]], args=(shots, fits), method="Nelder-Mead")
-    print(f"with a drag of every shot, by all of W: lift {1e3 * lift.x[0]:.2f} e-3, scatter {np.exp(lift.x[1]):.3f} 1/s")
     v = [fit.own[0, 3:6] for fit in fits]
     speed = np.array([np.linalg.norm(shot.x[-1] - shot.x[0]) / np.ptp(shot.times_s) for shot in shots])
     lifts = np.array([np.linalg.norm(np.cross(fit.own[0, 6:9], each)) / np.linalg.norm(each) for fit, each in zip(fits, v, strict=True)])
@@ -320,9 +313,10 @@ def main() -> int:
     print(f"drag: {fit.drag:.4f} +- {fit.sigma:.4f} 1/m; noise {(1e3 * fit.noise).round(2)} mm")
     for tails in TAILS:
         told_in_all(shots, fit, tails)
-    told_either(shots, fit)
+    even = [at_even_times(shot) for shot in shots]
+    told_either(even, each_alone(even))
     told_of_stamps(shots)
-    told_of_drags([at_even_times(shot) for shot in shots])
+    told_of_drags(even)
     return 0
 
 

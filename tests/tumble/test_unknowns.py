@@ -15,7 +15,7 @@ from estimator.appearance.effect_contracts import check_contracts
 from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.diagnose import Unknown, diagnose
-from estimator.diagnosis.empirical_fit import EmpiricalFit
+from estimator.diagnosis.empirical_fit import EmpiricalFit, Removed
 from estimator.diagnosis.law import Exponent
 from estimator.diagnosis.selection.names import Part, UnderName
 from estimator.effects.choosing import catalogue
@@ -34,7 +34,7 @@ from tumble.diagnosis_documents import Entry
 from tumble.limiting import beside_words, names_sentence
 from tumble.reports.campaign_page import render
 from tumble.reports.verdict import Verdict, verdict_of_explanation
-from tumble.unknowns import NO_LAW, _exponent_words, _place, _sentences, law_command, unknown_entry, with_unknown
+from tumble.unknowns import NO_LAW, _exponent_words, _of_a_few, _place, _sentences, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")
 LEFT = "Part of what the campaign shows is explained with gravity. Something is left that no effect of the catalogue explains."
@@ -309,3 +309,18 @@ def test_an_exponent_of_zero_is_dry_friction_where_the_law_is_against_a_motion(k
     said = _exponent_words(Exponent(key, term.power or "", 0.02, (0.0, 0.1), 0.0), term)
     assert ("dry friction" in said) is friction
     assert "the law takes 0" in said
+
+
+def _removed(before: list[float], after: list[float]) -> Removed:
+    """Curves that bring sums of squares of one row of each sequence from some to others."""
+    counts = tuple(np.ones(1) for _ in before)
+    return Removed(*(HeldOut(tuple(np.array([each]) for each in squares), counts) for squares in (before, after)), 0.5)
+
+
+def test_sequences_that_have_most_of_an_unknown_are_named_where_they_are_few() -> None:
+    names = [f"shot_{i}" for i in range(8)]
+    (sentence,) = _of_a_few(_removed([1.0, 9.0, 1.0, 6.0, 1.0, 1.0, 1.0, 1.0], [1.0, 1.0, 0.5, 1.0, 1.2, 1.0, 0.5, 1.0]), names)
+    assert sentence.startswith("93% of it is in 2 of 8 sequences, shot_1, shot_3:")
+    assert not list(_of_a_few(_removed([2.0] * 8, [1.0] * 8), names))
+    assert not list(_of_a_few(_removed([1.0] * 8, [1.0] * 8), names))
+    assert not list(_of_a_few(_removed([5.0, 1.0], [1.0, 1.0]), names[:2]))

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaigns.following import following
 from estimator.likelihood.time_shifts import jitter_test
@@ -40,9 +41,15 @@ def relinearised(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, Campai
         made, state = campaign.kind.relinearised(campaign, fit)
         if made is campaign:
             return campaign, fit
-        return weighed_again(*following(made, fit_campaign(made, state, fit.model)))
+        return weighed_again(*following(made, fit_campaign(made, state, _about(made, campaign, fit.model))))
     except UNFLYABLE:
         return campaign, fit
+
+
+def _about(made: Campaign, campaign: Campaign, model: Model) -> Model:
+    """The ``model`` of a campaign for one that was ``made`` of it, of whose flights something else may be known."""
+    before, now = campaign.kind.base, made.kind.base
+    return model if before.keys == now.keys else Model((*now.effects, *model.effects[len(before.effects) :]))
 
 
 def _with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:

@@ -4,7 +4,7 @@ How they are weighed and what they are worth: :mod:`estimator.likelihood.rows`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from datasets.errors import InputError
 from datasets.estimate import FrameReport
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
+from estimator.effects.instrument.unread_lift import UnreadLift
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
@@ -23,6 +24,7 @@ from estimator.likelihood.time_shifts import TimeShifts
 from estimator.measurements.own_noise import OwnNoise
 from estimator.measurements.trajectories.applying import OFTEN_WRONG, why_not, with_plausible_values
 from estimator.measurements.trajectories.imagined import Tracks
+from estimator.measurements.trajectories.misread_spins import SetAside, misread_spins
 from estimator.measurements.trajectories.noise import with_noise
 from estimator.measurements.trajectories.noise_floor import trajectory_floor
 from estimator.measurements.trajectories.residual_maps import trajectory_maps
@@ -36,15 +38,17 @@ Array = NDArray[np.float64]
 class Trajectories(OwnNoise):
     """The kind of :class:`estimator.measurements.trajectories.task.TrajectoryTask`.
 
-    ``read_once``: whether spins were measured in one row of a flight, by a reading that may be wrong.
+    ``read_once``: whether spins were measured in one row of a flight, by a reading that may be wrong. ``unread``: the lift of flights whose
+    reading is set aside, where there are some.
     """
 
     read_once: bool = False
+    unread: UnreadLift | None = None
 
     @property
     def base(self) -> Model:
-        """Free flight alone."""
-        return Model(())
+        """Free flight, beside lifts of which nothing is known."""
+        return Model(() if self.unread is None else (self.unread,))
 
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> Rows:
         """Residuals, whose derivatives cost little more."""
@@ -75,17 +79,31 @@ class Trajectories(OwnNoise):
         return sequence
 
     def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
-        """With the noise that is left about the effects of the model, which counted as noise where they were not in it.
+        """Without spins that were misread; or with the noise that is left about the effects of the model, which counted as noise without.
 
         What each sequence has of its own, or rows draw anew, takes of the noise whatever it can: about that it is no better known.
         """
         effects = fit.model.effects
+        if self.read_once and (aside := misread_spins(campaign, fit)):
+            return self._without(campaign, fit, aside)
         if not effects or any(effect.entry.scope.own or effect.random or effect.noise for effect in effects):
             return campaign, fit.state
         try:
             return with_noise(campaign, fit), fit.state
         except InputError:  # made data, of which nothing is left
             return campaign, fit.state
+
+    def _without(self, campaign: Campaign, fit: CampaignFit, aside: SetAside) -> tuple[Campaign, CampaignState]:
+        """The campaign without readings that are set ``aside``, and its state: parameters of its base, then those of the effects."""
+        kind = replace(self, unread=self.unread or UnreadLift(aside.size))
+        new = np.zeros(kind.base.size - self.base.size)
+        tasks, flights = list(campaign.sequences), list(fit.state.flights)
+        theta = [np.concatenate([new, each]) for each in fit.state.theta]
+        for number, lift in aside.lifts.items():
+            tasks[number] = tasks[number].with_misread_spin()
+            flights[number] = replace(flights[number], omega=np.zeros(3))
+            theta[number][: kind.base.size] = lift
+        return replace(campaign, kind=kind, sequences=tuple(tasks)), CampaignState(tuple(flights), tuple(theta))
 
     def misses(self, sequence: TrajectoryTask, mean_square: float) -> float:
         """Nothing but a fit shows their noise."""

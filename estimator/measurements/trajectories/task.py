@@ -20,8 +20,7 @@ from estimator.appearance.prediction import VARIED, Prediction, predict
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.likelihood.rows import Rows
-from estimator.measurements.trajectories.gyroscope import gyroscope_channel
-from estimator.measurements.trajectories.reported import Channel, Instrument
+from estimator.measurements.trajectories.reported import Channel, Instrument, gyroscope_channel
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, OMEGA, THETA, Flight, V, X
 from estimator.motion.rotation import rotation_vector
 
@@ -65,6 +64,17 @@ class TrajectoryTask:
         sigma[rows, self.columns(channel)] = np.inf
         return replace(self, sigma=sigma, spoiled=self.spoiled | set(np.flatnonzero(rows).tolist()))
 
+    def with_misread_spin(self) -> "TrajectoryTask":
+        """The same as if nobody had read the spin."""
+        sigma = self.sigma.copy()
+        sigma[:, self.columns("omega")] = np.inf
+        return replace(self, sigma=sigma, setting=replace(self.setting, misread=True))
+
+    @property
+    def misread(self) -> bool:
+        """Whether the spin that was read once is set aside."""
+        return self.setting.misread
+
     @property
     def times_s(self) -> Array:
         """Times (n,) of the rows."""
@@ -104,8 +114,8 @@ class TrajectoryTask:
 
 
 def read_once(task: TrajectoryTask) -> bool:
-    """Whether a spin was measured in one row alone, beside positions and nothing that turns."""
-    return bool(task.measured == {"x", "omega"} and task.seen("omega").any(axis=1).sum() == 1)
+    """Whether a spin was measured in one row alone, beside positions and nothing that turns; that it is set aside does not matter."""
+    return task.misread or bool(task.measured == {"x", "omega"} and task.seen("omega").any(axis=1).sum() == 1)
 
 
 def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta: Array) -> Rows:

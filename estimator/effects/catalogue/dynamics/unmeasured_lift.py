@@ -20,6 +20,5 @@ class UnmeasuredLift(EffectModel):
     of_unmeasured_spin = True
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
-        """``w x v``."""
-        del setting
-        return cross_product(theta, moment.v)
+        """``w x v``; nothing beside a reading that is set aside, where it is :mod:`estimator.effects.instrument.unread_lift`."""
+        return None if setting.misread else cross_product(theta, moment.v)
