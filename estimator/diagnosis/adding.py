@@ -4,7 +4,7 @@ The linearised campaign gives the best of an effect's starts (the frequency of a
 scale of its prior, so a fit never begins where an effect is flat.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,8 +23,10 @@ from estimator.fitting.campaigns.held_out import HeldOut, held_out
 from estimator.fitting.campaigns.weighing_again import relinearised, weighed_again
 
 
-def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tuple[Campaign, CampaignFit]:
-    """The campaign fitted with one effect more, and as it is at that fit.
+def with_effect(
+    campaign: Campaign, fit: CampaignFit, effect: EffectModel, asked: Sequence[EffectModel] = ()
+) -> tuple[Campaign, CampaignFit]:
+    """The campaign fitted with one effect more, and as it is at that fit; with those ``asked`` for before, too, that did nothing without.
 
     Raises
     ------
@@ -38,16 +40,32 @@ def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tu
         longest = max((each.setting.times_s for each in campaign.sequences), key=len)
         got = f"{len(longest)} frames over {1e3 * float(np.ptp(longest)):.3g} ms"
         raise InputError(f"{effect.entry.key}: expected a sequence long enough to show it, got {got} at most.")
-    of = with_facts(linearised(campaign, fit, {effect.entry.key: effect}), campaign)
+    return _as_probable(campaign, fit, {each.entry.key: each for each in (*asked, effect)})
+
+
+def _as_probable(campaign: Campaign, fit: CampaignFit, more: Mapping[str, EffectModel]) -> tuple[Campaign, CampaignFit]:
+    """A campaign fitted with the effects of a fit and some ``more`` under the priors that the evidence has for all of them."""
+    of = with_facts(linearised(campaign, fit, more), campaign)
     return refitted(campaign, fit, Evidence(of), tuple(range(len(of.effects))))
+
+
+def _ended(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
+    """About surfaces and noise that follow a fit's effects, and, where these are noise of readings, what that is thought to be by now."""
+    campaign, fit = relinearised(campaign, fit)
+    return _as_probable(campaign, fit, {}) if any(effect.noise for effect in fit.model.effects) else (campaign, fit)
 
 
 def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> tuple[Campaign, CampaignFit]:
     """Free flight with all of ``effects``, and the campaign as it is at that fit (:mod:`estimator.fitting.campaigns.following`)."""
-    campaign, fit = relinearised(*weighed_again(*following(campaign, base_fit(campaign, start))))
-    for effect in effects:
-        campaign, fit = with_effect(campaign, fit, effect)
-    return relinearised(campaign, fit) if effects else (campaign, fit)
+    return _one_by_one(campaign, start, effects)[-1]
+
+
+def _one_by_one(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> list[tuple[Campaign, CampaignFit]]:
+    """The base, then one effect more each time; the last one ended."""
+    reached = [relinearised(*weighed_again(*following(campaign, base_fit(campaign, start))))]
+    for number, effect in enumerate(effects):
+        reached.append(with_effect(*reached[-1], effect, effects[:number]))
+    return [*reached[:-1], _ended(*reached[-1])] if effects else reached
 
 
 @dataclass(frozen=True)
@@ -71,13 +89,7 @@ def ladder(
     told: Callable[[str], None] = lambda _added: None,
 ) -> Iterator[Rung]:
     """The base and then one effect more on every rung, all judged in the campaign that the last one is fitted in."""
-    campaign, fit = fit_with(campaign, start, ())
-    reached: list[tuple[str | None, Campaign, CampaignFit]] = [(None, campaign, fit)]
-    for effect in effects:
-        campaign, fit = with_effect(campaign, fit, effect)
-        reached.append((effect.entry.key, campaign, fit))
-    if effects:
-        reached[-1] = (effects[-1].entry.key, *relinearised(campaign, fit))
-    for key, where, at in reached:
-        yield Rung(key, where, at, held_out(reached[-1][1], at.state, at.model))
+    reached = _one_by_one(campaign, start, effects)
+    for key, (where, at) in zip((None, *(effect.entry.key for effect in effects)), reached, strict=True):
+        yield Rung(key, where, at, held_out(reached[-1][0], at.state, at.model))
         told(key or "base")

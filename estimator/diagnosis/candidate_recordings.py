@@ -7,6 +7,7 @@ lens is the error of a picture's corner that a calibration leaves.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,10 +55,6 @@ def _same(drop: Drop) -> Drop:
     return drop
 
 
-def _longer(drop: Drop) -> Drop:
-    return lasting(drop, 2.0)
-
-
 def _with_velocity(drop: Drop, v: Array) -> Drop:
     return replace(drop, flight=replace(drop.flight, v=v))
 
@@ -81,10 +78,6 @@ def _other_attitude(drop: Drop) -> Drop:
     flight = drop.flight
     across = _across(flight.omega)
     return replace(drop, flight=replace(flight, q=quaternion_product(quaternion_from_vector(0.5 * np.pi * across), flight.q)))
-
-
-def _in_a_corner(drop: Drop) -> Drop:
-    return at_pixel(drop, (0.8, 0.2))
 
 
 def _nearer(drop: Drop) -> Drop:
@@ -131,7 +124,7 @@ def _across(vector: Array) -> Array:
 
 RECORDINGS: tuple[CandidateRecording, ...] = (
     CandidateRecording("another", "another drop like these", _same),
-    CandidateRecording("longer", "a drop filmed for twice as many frames", _longer),
+    CandidateRecording("longer", "a drop filmed for twice as many frames", partial(lasting, ratio=2.0)),
     CandidateRecording("faster", "a drop twice as fast", _times_as_fast(2.0)),
     CandidateRecording("slower", "a drop half as fast", _times_as_fast(0.5)),
     CandidateRecording("opposite", "a drop thrown the opposite way", _times_as_fast(-1.0)),
@@ -139,7 +132,7 @@ RECORDINGS: tuple[CandidateRecording, ...] = (
     CandidateRecording("spinning", "a drop with twice the spin", _times_the_spin(2.0)),
     CandidateRecording("calm", "a drop with a quarter of the spin", _times_the_spin(0.25)),
     CandidateRecording("other_attitude", "a drop with the particle turned by 90 degrees", _other_attitude),
-    CandidateRecording("corner", "a drop near a corner of the picture", _in_a_corner, pictures=True),
+    CandidateRecording("corner", "a drop near a corner of the picture", partial(at_pixel, place=(0.8, 0.2)), pictures=True),
     CandidateRecording("nearer", "a drop at half the distance from the camera", _nearer, pictures=True),
     CandidateRecording("released", "a fall from rest from a known height", _released),
     CandidateRecording("second_camera", "a drop filmed by a second camera, too, at right angles", _second_camera, pictures=True),

@@ -180,7 +180,8 @@ def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> 
     judged = {key: best if key in best.keys else last for key in last.keys}
     places = {key: (at, at.trial.evidence.of.keys.index(key)) for key, at in judged.items()}
     keys = [key for key, (at, e) in places.items() if e not in at.trial.noise]
-    worth = {key: _lost_without(*places[key]) for key in keys}
+    without = {key: tuple(m for m in at.members if m != e) for key, (at, e) in places.items()}
+    worth = {key: places[key][0].value - places[key][0].trial.log_posterior(without[key]) for key in keys}
     first = {key: next(i for i, at in enumerate(path) if key in at.keys) for key in keys}
     tests = {t.effect.entry.key: t for t in tests_beside(begun.trial.evidence.of)}
     before = held_out(last.campaign, begun.fit.state, begun.fit.model) if keys else None
@@ -197,11 +198,6 @@ def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> 
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)
-
-
-def _lost_without(at: At, effect: int) -> float:
-    """Log posterior probability (nats) that a set loses without an effect."""
-    return at.value - at.trial.log_posterior(tuple(m for m in at.members if m != effect))
 
 
 def _with(last: At, keys: tuple[str, ...]) -> CampaignFit:

@@ -8,6 +8,7 @@ import numpy as np
 from datasets.trajectory import Trajectory
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.effects.choosing import catalogue
+from estimator.fitting.campaigns.registered import Registered
 from estimator.measurements.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import GRAVITY, RATE_HZ, Hidden, Tracker, measured
 
@@ -44,8 +45,13 @@ def ball(rng: np.random.Generator, name: str, *, wrong: bool, drags: bool) -> Tr
     return replace(made, x_world=x_world, omega_world=read, sigma_omega=read * 0.0 + SIGMA_RADS)
 
 
-def explained_balls(number: int, wrong: int, tried: Sequence[str], seed: int = 7, *, drags: bool = False) -> Explanation:
-    """What is found in ``number`` balls, the first of which have ``wrong`` spins, of the effects ``tried``."""
+def registered_balls(number: int, wrong: int, seed: int = 7, *, drags: bool = False) -> Registered:
+    """A campaign of ``number`` balls, the first of which have ``wrong`` spins."""
     rng = np.random.default_rng(seed)
-    registered = register_trajectories([ball(rng, f"shot_{i}", wrong=i < wrong, drags=drags) for i in range(number)])
+    return register_trajectories([ball(rng, f"shot_{i}", wrong=i < wrong, drags=drags) for i in range(number)])
+
+
+def explained_balls(number: int, wrong: int, tried: Sequence[str], seed: int = 7, *, drags: bool = False) -> Explanation:
+    """What is found in them, of the effects ``tried``."""
+    registered = registered_balls(number, wrong, seed, drags=drags)
     return explain(registered.campaign, registered.start, {key: catalogue()[key] for key in tried})

@@ -27,9 +27,9 @@ class SaturatingLift(EffectModel):
         return np.array([[0.0, length] for length in LENGTHS_M])
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
-        """``C omega x u / (1 + l |omega| / |u|)``; a length below zero, where steps of a fit may lead, is none."""
+        """``C omega x u / (1 + l |omega| / |u|)``, ten times as much at most where steps of a fit lead to a length below zero."""
         del setting
         u = moment.through_air
         speed = np.maximum(sizes(u), 1e-12)
-        left = 1.0 + np.maximum(theta[:, 1:], 0.0) * sizes(moment.omega) / speed
+        left = np.maximum(1.0 + theta[:, 1:] * sizes(moment.omega) / speed, 0.1)
         return np.asarray(theta[:, :1] * cross_product(moment.omega, u) / left)

@@ -4,9 +4,11 @@ from functools import cache
 
 import numpy as np
 
+from estimator.diagnosis.adding import ladder
 from estimator.diagnosis.explain import Explanation
+from estimator.effects.choosing import catalogue
 from estimator.motion.flight import OMEGA
-from tests.estimator.made_balls import LIFT, explained_balls
+from tests.estimator.made_balls import LIFT, explained_balls, registered_balls
 from tumble.scattering import scattered
 
 NUMBER, WRONG = 15, 6
@@ -57,3 +59,13 @@ def test_the_lift_is_that_of_the_right_ones() -> None:
 
 def test_right_readings_are_all_kept() -> None:
     assert not misread(found(0))
+
+
+def test_a_ladder_that_begins_with_the_noise_of_readings_ends_where_explain_does() -> None:
+    """Nothing acts by the spin on its first rung: what did nothing there is asked for again with every other effect."""
+    registered, asked = registered_balls(NUMBER, WRONG), ("unmeasured_lift", "magnus_lift")
+    last = list(ladder(registered.campaign, registered.start, [catalogue()[key] for key in asked]))[-1]
+    assert set(last.fit.model.keys) == {"unread_lift", *asked}
+    assert {task.name for task in last.campaign.sequences if task.misread} == {f"shot_{i}" for i in misread(found(WRONG))}
+    value = last.fit.state.theta[0][last.fit.model.slices[last.fit.model.keys.index("magnus_lift")]]
+    assert abs(float(value[0]) - LIFT) < 0.02 * LIFT
