@@ -7,13 +7,14 @@ JOBS ?= 2
 STAMP := $(VENV)/installed-from-lock
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo hidden tutorial test hostile lammps studies lint lock clean
+.PHONY: help demo hidden tutorial test long hostile lammps studies lint lock clean
 
 help:
 	@echo "make demo     render, estimate, score and report two small sequences (sets up .venv itself)"
 	@echo "make hidden   hide a physical effect, look for it, and tell at last what it was"
 	@echo "make tutorial run all commands of docs/tutorial.md anew and write the page (about fifteen minutes; goes on where it was)"
-	@echo "make test     ruff, mypy, import contracts and the tests in random order (SEED=N: the order of an earlier run)"
+	@echo "make test     ruff, mypy, import contracts and most tests in random order (SEED=N: the order of an earlier run)"
+	@echo "make long     the other tests, a tenth of all, which take two thirds of the time: CI runs both"
 	@echo "make hostile  2000 damaged files for every reader: each is read or refused by name (minutes)"
 	@echo "make lammps   install LAMMPS too, so that make test compares the contact models with it"
 	@echo "make studies  all studies at their small size, in out/studies (some twelve minutes of CPU; PARTICLES=FOLDER: with the scanned particles in it)"
@@ -43,11 +44,15 @@ lint: $(STAMP)
 	$(BIN)/lint-imports
 
 # One thread per process, as the command line has it: only then are results the same to the bit.
-test: export OMP_NUM_THREADS := 1
-test: export OPENBLAS_NUM_THREADS := 1
-test: export MKL_NUM_THREADS := 1
+test long: export OMP_NUM_THREADS := 1
+test long: export OPENBLAS_NUM_THREADS := 1
+test long: export MKL_NUM_THREADS := 1
+PYTEST := $(BIN)/python -m pytest -n $(JOBS) --durations=20 --durations-min=1 $(if $(SEED),--randomly-seed=$(SEED))
 test: lint
-	$(BIN)/python -m pytest -n $(JOBS) --durations=20 --durations-min=1 $(if $(SEED),--randomly-seed=$(SEED))
+	$(PYTEST) -m "not long"
+
+long: $(STAMP)
+	$(PYTEST) -m long
 
 hostile: $(STAMP)
 	$(BIN)/python -m tests.hostile.attack --count 2000

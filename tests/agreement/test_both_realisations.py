@@ -17,6 +17,8 @@ from synth.effects import REALISATIONS
 from tests.agreement.exact_sequences import RECIPE, Values, errors_at, made, rms
 from tests.agreement.sizes import SIZES
 
+pytestmark = pytest.mark.long
+
 EXACT = 1e-3
 LEFT_OUT = {
     # Speeds are those of the nearest of 240 rim points, found by normals that leave perspective out; nature's grid has cells of 1/16 px:

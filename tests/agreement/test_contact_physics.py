@@ -14,6 +14,8 @@ from synth.sequence import plan_sequence
 from tests.reference import contact_sets
 from tests.reference.contact_sets import drop_recipe, measured_set
 
+pytestmark = pytest.mark.long
+
 RUNS, SEED = 10, 31
 EXACT = ("CORNER_ERROR_SHARE", "INERTIA_ERROR", "CENTRE_ERROR_SHARE")
 MOST_OFF = 3e-3

@@ -16,6 +16,8 @@ from datasets.estimate import Status
 from datasets.estimate_files import read_estimate
 from tumble.cli.main import main
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 
 BLOCKED = ("mitsuba", "drjit", "synth", "datasets.truth_files", "datasets.dataset_files", "datasets.recipes", "datasets.scoring")

@@ -24,6 +24,8 @@ from synth.silhouette.exact_outline import exact_outline, outline_mesh
 from synth.silhouette.noisy_outline import noisy_outline
 from tests.estimator.measuring.test_free_flight import RECIPE as FREE
 
+pytestmark = pytest.mark.long
+
 RECIPE = Recipe(
     seed=9,
     particle=ParticleRecipe(family="cut_stone", irregularity=0.6, size_mm=(6.0, 6.0)),

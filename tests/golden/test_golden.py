@@ -8,6 +8,8 @@ from tests.reference.golden import CORPUS, corpus, main, table
 from tests.reference.golden_cases import CASES
 from tests.reference.golden_records import SIGMA_SHARE, VALUE_SIGMAS, Record, differences
 
+pytestmark = pytest.mark.long
+
 MOST_BYTES = 200_000
 KNOWN = Record({"status": "converged"}, {"v_x": (1.0, 0.01)}, {"rms": 0.3, "worth (nats)": 5.0})
 

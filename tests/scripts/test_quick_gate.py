@@ -6,6 +6,8 @@ import pytest
 
 from tumble.cli.main import main
 
+pytestmark = pytest.mark.long
+
 BASELINE = Path(__file__).resolve().parents[2] / "baselines" / "quick.json"
 LONGEST_S = 900
 """45 sequences through all doors, one after the other: four minutes on a machine with other work."""

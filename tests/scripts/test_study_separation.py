@@ -10,6 +10,8 @@ from datasets.recipes.recipe import EffectRecipe, HsvRecipe
 from scripts.trials.study_separation import CASES, FARTHER, MADE, SEED, page, recording, run_case, second_camera, summary
 from synth.high_speed_camera import hsv_camera
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def scales() -> dict[str, Any]:

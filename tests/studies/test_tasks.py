@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from datasets.recipes.recipe import MotionRecipe, Recipe, RigRecipe
 from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
@@ -11,6 +12,8 @@ from studies.flights.bodies import bodies
 from studies.flights.scored import DESCRIBED, SCORED, flight, scored_flight
 from studies.plans import figure_4, frame_step, optics, surface_fit, two_cameras
 from synth.sequence import build_silhouette_sequence
+
+pytestmark = pytest.mark.long
 
 SMALL = Recipe(
     seed=5, particle=bodies(None)[1], motion=MotionRecipe(17, speed_ms=(1.0, 2.0), spin_rads=(50.0, 300.0)), rig=RigRecipe(drops=2)

@@ -32,6 +32,8 @@ from tumble.cli.main import main
 from tumble.engine.marks import mark_path
 from tumble.output_directory import Run, output_directory
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 FRAMES, SIZE = 20, 320
 RECIPE = Recipe(

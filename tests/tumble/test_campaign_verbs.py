@@ -23,6 +23,8 @@ from tests.tumble.browsing import opened, serious_findings
 from tumble.cli.main import main
 from tumble.reports.campaign_page import render
 
+pytestmark = pytest.mark.long
+
 DRAG = 4.0
 NAMES = ("cut_stone-0000", "cut_stone-0001")
 SMALL = recipe(EffectRecipe("quadratic_drag", {"per_length": DRAG}))

@@ -14,6 +14,8 @@ from tumble.challenge import limit_making
 from tumble.cli.main import main
 from tumble.written_files import read_run
 
+pytestmark = pytest.mark.long
+
 TESTS = Path(__file__).resolve().parents[1]
 SMALL = "--set sequences=1 --set motion.frames=14 --set rig.drops=2 --set 'tier=\"silhouette\"'"
 TOSSES = "tosses --gravity=0,0,-9.81"

@@ -22,6 +22,8 @@ from tumble.cli.main import main
 from tumble.gate import running
 from tumble.gate.sets import case_of, read_set
 
+pytestmark = pytest.mark.long
+
 SET = """
 name = "small"
 [flights]

@@ -31,6 +31,8 @@ from tumble.importing import importing
 from tumble.reports import check_page
 from tumble.written_files import read_run
 
+pytestmark = pytest.mark.long
+
 SIZE, FRAMES = 160, 12
 RECIPE = small_drop(frames=FRAMES, size_px=SIZE)
 NAME = "drop"

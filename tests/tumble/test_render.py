@@ -16,6 +16,8 @@ from datasets.observation_files import read_observation
 from datasets.truth_files import read_truth
 from tumble.cli.main import main
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = ["--set", "motion.frames=5", "--set", "rig.drops=1", "-q"]
 MANY = ["--set", "sequences=6", *SMALL]

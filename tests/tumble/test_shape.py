@@ -37,6 +37,8 @@ from tumble.reporting import collect, frame_words, particle_of
 from tumble.shaping.drops import Drop
 from tumble.shaping.shaping import shape
 
+pytestmark = pytest.mark.long
+
 RECIPE = Recipe(
     seed=3,
     particle=ParticleRecipe(size_mm=(6.0, 6.0)),

@@ -20,6 +20,8 @@ from tumble.cli.campaign_options import values_table
 from tumble.cli.main import main
 from tumble.reports.words import rms_ete_px
 
+pytestmark = pytest.mark.long
+
 GRAVITY = "--gravity=0,0,-9.81"
 
 

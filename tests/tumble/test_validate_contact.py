@@ -31,6 +31,8 @@ from tumble.engine import Item
 from tumble.reports.contact_charts import experiments_of, run_labels
 from tumble.reports.contact_page import render_contact
 
+pytestmark = pytest.mark.long
+
 RUNS = 5
 RECIPE: Recipe = replace(drop_recipe(2024), rig=RigRecipe(drops=1))
 

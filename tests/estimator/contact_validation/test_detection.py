@@ -12,6 +12,8 @@ from estimator.contact_validation.laws.point_contact import PointContact, point_
 from estimator.contact_validation.spread import prepared
 from tests.estimator.contact_validation.made_impacts import made_impacts
 
+pytestmark = pytest.mark.long
+
 PLAIN = {"restitution": 0.6, "friction": 0.15}
 RUNS, SETS = 8, 4
 

@@ -17,6 +17,8 @@ from estimator.contact_validation.validate import Question, validate
 from estimator.contact_validation.verdict import broken_verdict, contact_verdict
 from tests.estimator.contact_validation.made_impacts import SIGMAS, made_impacts
 
+pytestmark = pytest.mark.long
+
 PLAIN = PointContact(0.6, 0.15)
 IMPULSE_ALONE = Question(models=("stronge_impulse",))
 

@@ -26,6 +26,8 @@ from estimator.motion.rigid_body import RanAway
 from tests.estimator.made_balls import ball
 from tests.estimator.unknown_campaigns import FORCES, THRUST, unknown_campaign
 
+pytestmark = pytest.mark.long
+
 Array = NDArray[np.float64]
 
 

@@ -29,6 +29,8 @@ from estimator.motion.rigid_body import rotation_matrices
 from estimator.motion.slow_errors import AXES, ORDERS, SlowErrors, slow_errors
 from synth.sequence import build_silhouette_sequence
 
+pytestmark = pytest.mark.long
+
 Array = NDArray[np.float64]
 TIMES_S = np.linspace(0.0, 0.02, 41)
 TUTORIAL = Path(__file__).parents[3] / "docs" / "tutorial_files" / "drag.toml"

@@ -28,6 +28,8 @@ from synth.sequence import build_silhouette_sequence
 from synth.silhouette.exact_outline import exact_outline, outline_mesh
 from synth.silhouette.noisy_outline import noisy_outline
 
+pytestmark = pytest.mark.long
+
 FRAMES = 30
 RECIPE = Recipe(
     seed=5,

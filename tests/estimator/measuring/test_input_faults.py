@@ -18,6 +18,8 @@ from estimator.particle.observed import observed_particle
 from estimator.particle.view_faults import mirrored, upside_down, view_fault
 from synth.sequence import build_silhouette_sequence
 
+pytestmark = pytest.mark.long
+
 RECIPE = Recipe(
     seed=5,
     particle=ParticleRecipe(family="cut_stone", irregularity=0.6),

@@ -17,6 +17,8 @@ from estimator.measure import measure
 from scripts.real.real_outlines import stone
 from scripts.trials.study_wrong_poses import Drawn, drawn_sequence
 
+pytestmark = pytest.mark.long
+
 WRONG = Drawn(), 1, 10
 """Six views, a slow stone: its cheapest flight is 39° off, and a right one costs more."""
 

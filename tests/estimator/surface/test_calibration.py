@@ -14,6 +14,8 @@ from estimator.surface import joint as joint_module
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.fitting.test_calibration_share import RECIPE, larger, lens_errors
 
+pytestmark = pytest.mark.long
+
 SAMPLES = Configuration(surface_fit=2)
 """For there are twelve views."""
 GRAVITY = np.array([1.2, 0.0, 0.0])

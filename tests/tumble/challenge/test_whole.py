@@ -12,6 +12,8 @@ from datasets.recipes.effects import KNOWN
 from tumble.challenge.cases import read_cases
 from tumble.cli import main as command_line
 
+pytestmark = pytest.mark.long
+
 FLIGHT = ["--frames", "30", "--views", "12"]
 TINY = ["--sequences", "2", *FLIGHT, "--jobs", "1", "-q"]
 ALONE = ["--sequences", "1", *FLIGHT]

@@ -13,6 +13,8 @@ from estimator.effects.link import TAILS
 from estimator.likelihood.rows import NOISE_FREEDOM
 from tests.estimator.diagnosis.selection.made_quadratics import BOTH, Made, evidence_of, own_columns
 
+pytestmark = pytest.mark.long
+
 Array = NDArray[np.float64]
 ROWS = 30
 IMPOSSIBLE = -15.0

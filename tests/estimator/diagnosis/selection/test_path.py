@@ -12,6 +12,8 @@ from estimator.motion.flight import N_PARAMETERS
 from tests.estimator.diagnosis.selection.messy_campaign import BAD, STAMP_S, registered
 from tests.estimator.made_trajectories import Hidden
 
+pytestmark = pytest.mark.long
+
 DRAG = 0.3
 FALLING = Hidden(drag=DRAG)
 BOTH = Hidden(drag=0.2, more_gravity=0.6)

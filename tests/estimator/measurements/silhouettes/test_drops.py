@@ -22,6 +22,8 @@ from estimator.reports.campaign_reporting import campaign_estimates, settled_fit
 from synth.sequence import build_silhouette_campaign
 from tests.estimator.test_measure import RECIPE
 
+pytestmark = pytest.mark.long
+
 DRAG = 2.0
 CONFIGURATION = Configuration(momentum_starts=0, trajectory_candidates=1)
 DROPS = replace(

@@ -33,6 +33,8 @@ from synth.silhouette import outline_mesh
 from tests.estimator import small_campaign
 from tumble.challenge.field_silhouettes import messy
 
+pytestmark = pytest.mark.long
+
 SIGMA_PX, ALIKE, SHIFTED = 0.15, 2, 0.015
 INTERVAL_S = 1.0 / 4000.0
 PUSHES = EffectRecipe("uniform_acceleration", {"a_x": (0.1, -0.05), "a_y": (-0.1, 0.08), "a_z": (0.05, 0.1)})

@@ -12,6 +12,8 @@ from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.estimator.measurements.trajectories.struck_tosses import RATE_HZ, toss
 from tests.estimator.measurements.trajectories.test_gyroscope import gyro_rows
 
+pytestmark = pytest.mark.long
+
 
 def before_contact(trajectories: Sequence[Trajectory]) -> dict[str, Trajectory]:
     named = {t.name: t for t in trajectories}

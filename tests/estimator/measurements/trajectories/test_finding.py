@@ -22,6 +22,8 @@ from estimator.measurements.trajectories.registering import particles_of, regist
 from estimator.motion.flight import N_PARAMETERS
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign, measured
 
+pytestmark = pytest.mark.long
+
 CONTROLS, MOST_ALARMS = 40, 3
 SMALL = Tracker(rows=16)
 

@@ -12,6 +12,8 @@ from estimator.diagnosis.selection.names import left_out
 from estimator.motion.flight import N_PARAMETERS
 from tests.estimator.made_balls import DRAG_OF_LIFT, LIFT, explained_balls
 
+pytestmark = pytest.mark.long
+
 NUMBER, WRONG = 15, 3
 LIFTS = ("magnus_lift", "quadratic_drag")
 

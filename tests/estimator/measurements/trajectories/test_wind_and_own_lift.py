@@ -18,6 +18,8 @@ from estimator.measurements.trajectories.task import trajectory_errors
 from scripts.real_campaigns import tosses
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 
+pytestmark = pytest.mark.long
+
 TRIED = ("frame_rate", "unmeasured_lift", "uniform_acceleration", "linear_drag", "steady_wind")
 
 
