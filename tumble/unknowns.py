@@ -239,7 +239,7 @@ def _of_a_few(removed: Removed, names: Sequence[str]) -> Iterator[str]:
     if gains.any() and few <= FEW * len(names):
         share = gains[order[:few]].sum() / gains.sum()
         told = ", ".join(names[i] for i in order[:few].tolist())
-        yield f"{share:.0%} of it is in {few} of {len(names)} sequences, {told}: look at these first, and what is found without them."
+        yield f"{few} of {len(names)} sequences have {share:.0%} of that fall of the held-out error: {told}. Check these recordings first."
 
 
 MOST_OTHERS = 3

@@ -24,9 +24,9 @@ from estimator.fitting.campaigns.weighing_again import relinearised, weighed_aga
 
 
 def with_effect(
-    campaign: Campaign, fit: CampaignFit, effect: EffectModel, asked: Sequence[EffectModel] = ()
+    campaign: Campaign, fit: CampaignFit, effect: EffectModel, idle: Sequence[EffectModel] = ()
 ) -> tuple[Campaign, CampaignFit]:
-    """The campaign fitted with one effect more, and as it is at that fit; with those ``asked`` for before, too, that did nothing without.
+    """The campaign fitted with one effect more, and as it is at that fit; and with those that were ``idle`` without it.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def with_effect(
         longest = max((each.setting.times_s for each in campaign.sequences), key=len)
         got = f"{len(longest)} frames over {1e3 * float(np.ptp(longest)):.3g} ms"
         raise InputError(f"{effect.entry.key}: expected a sequence long enough to show it, got {got} at most.")
-    return _as_probable(campaign, fit, {each.entry.key: each for each in (*asked, effect)})
+    return _as_probable(campaign, fit, {each.entry.key: each for each in (*idle, effect)})
 
 
 def _as_probable(campaign: Campaign, fit: CampaignFit, more: Mapping[str, EffectModel]) -> tuple[Campaign, CampaignFit]:

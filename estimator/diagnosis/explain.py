@@ -180,8 +180,7 @@ def _rungs(path: Sequence[At], best: At, told: Told, *, with_families: bool) -> 
     judged = {key: best if key in best.keys else last for key in last.keys}
     places = {key: (at, at.trial.evidence.of.keys.index(key)) for key, at in judged.items()}
     keys = [key for key, (at, e) in places.items() if e not in at.trial.noise]
-    without = {key: tuple(m for m in at.members if m != e) for key, (at, e) in places.items()}
-    worth = {key: places[key][0].value - places[key][0].trial.log_posterior(without[key]) for key in keys}
+    worth = {k: at.value - at.trial.log_posterior(tuple(m for m in at.members if m != e)) for k, (at, e) in places.items() if k in keys}
     first = {key: next(i for i, at in enumerate(path) if key in at.keys) for key in keys}
     tests = {t.effect.entry.key: t for t in tests_beside(begun.trial.evidence.of)}
     before = held_out(last.campaign, begun.fit.state, begun.fit.model) if keys else None

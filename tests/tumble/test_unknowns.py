@@ -320,7 +320,7 @@ def _removed(before: list[float], after: list[float]) -> Removed:
 def test_sequences_that_have_most_of_an_unknown_are_named_where_they_are_few() -> None:
     names = [f"shot_{i}" for i in range(8)]
     (sentence,) = _of_a_few(_removed([1.0, 9.0, 1.0, 6.0, 1.0, 1.0, 1.0, 1.0], [1.0, 1.0, 0.5, 1.0, 1.2, 1.0, 0.5, 1.0]), names)
-    assert sentence.startswith("93% of it is in 2 of 8 sequences, shot_1, shot_3:")
+    assert sentence.startswith("2 of 8 sequences have 93% of that fall of the held-out error: shot_1, shot_3.")
     assert not list(_of_a_few(_removed([2.0] * 8, [1.0] * 8), names))
     assert not list(_of_a_few(_removed([1.0] * 8, [1.0] * 8), names))
     assert not list(_of_a_few(_removed([5.0, 1.0], [1.0, 1.0]), names[:2]))

@@ -12,6 +12,8 @@ from estimator.motion.rigid_body import cross_product, sizes
 
 LENGTHS_M = (0.01, 0.05, 0.25)
 """Where a search begins: 5.8 radii of balls from 2 mm to 4 cm."""
+LEAST_LEFT = 0.1
+"""Of a lift's denominator: steps of a fit may lead to lengths below zero, where lift would grow without bound. By judgement."""
 
 
 class SaturatingLift(EffectModel):
@@ -27,9 +29,9 @@ class SaturatingLift(EffectModel):
         return np.array([[0.0, length] for length in LENGTHS_M])
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
-        """``C omega x u / (1 + l |omega| / |u|)``, ten times as much at most where steps of a fit lead to a length below zero."""
+        """``C omega x u / (1 + l |omega| / |u|)``."""
         del setting
         u = moment.through_air
         speed = np.maximum(sizes(u), 1e-12)
-        left = np.maximum(1.0 + theta[:, 1:] * sizes(moment.omega) / speed, 0.1)
+        left = np.maximum(1.0 + theta[:, 1:] * sizes(moment.omega) / speed, LEAST_LEFT)
         return np.asarray(theta[:, :1] * cross_product(moment.omega, u) / left)
