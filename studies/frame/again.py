@@ -51,11 +51,11 @@ def settings_of(study: Study, result: Result) -> Settings:
 
 
 def _rows_of(case: Case, rows: pd.DataFrame) -> pd.DataFrame:
-    """Those with a case's labels."""
+    """Those with a case's labels, without the time that they took."""
     here = np.ones(len(rows), dtype=np.bool_)
     for key, value in case.labels.items():
         here &= rows[key].to_numpy() == value
-    return rows[here].drop(columns="cpu_s")
+    return rows.loc[here, ~rows.columns.str.endswith("cpu_s")]
 
 
 def _alike(now: pd.DataFrame, before: pd.DataFrame, every: pd.DataFrame) -> bool:
