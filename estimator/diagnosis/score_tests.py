@@ -228,23 +228,24 @@ def _projected(campaign: Campaign, fit: CampaignFit, linear: Linear) -> tuple[Ef
     for each, place in zip(linear.equations, at.place, strict=True):
         whole[place] += np.diag(each.H)[at.shared]
     B = stable_inverse(reduced.H[:b, :b]) @ reduced.H[:b, b:-1]
-    H = reduced.H[b:-1, b:-1] - reduced.H[b:-1, :b] @ B
-    scores = EfficientScores(linear.columns, reduced.g[b:-1] - B.T @ reduced.g[:b], 0.5 * (H + H.T), np.zeros((0, 0)))
+    H, undone = reduced.H[b:-1, b:-1], reduced.H[b:-1, :b] @ B
+    H -= undone
+    H = np.multiply(np.add(H, H.T, out=undone), 0.5, out=undone)  # in place: there may be thousands of columns
+    scores = EfficientScores(linear.columns, reduced.g[b:-1] - B.T @ reduced.g[:b], H, np.zeros((0, 0)))
     return scores, _Projection(at, reduced.answer, B), np.diag(H) > SMALLEST_VISIBLE * whole[b:-1]
 
 
 def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
     """For each effect (and sequence, where it has parameters of its own) the start that explains most."""
-    best: dict[tuple[int, int | None], tuple[float, int]] = {}
-    groups: dict[tuple[int, int | None, int], list[int]] = {}
+    rows: dict[tuple[int, int | None], dict[int, list[int]]] = {}
     for i, column in enumerate(scores.columns):
-        groups.setdefault((column.effect, column.sequence, column.start), []).append(i)
-    for (effect, sequence, start), rows in groups.items():
-        part = scores.take(np.array(rows, dtype=np.int64))
-        explained = float(part.g @ stable_inverse(part.H, 1e-10) @ part.g)
-        if explained > best.get((effect, sequence), (-np.inf, 0))[0]:
-            best[effect, sequence] = (explained, start)
-    return {key: start for key, (_, start) in best.items()}
+        rows.setdefault((column.effect, column.sequence), {}).setdefault(column.start, []).append(i)
+
+    def explained(those: list[int]) -> float:
+        part = scores.take(np.array(those, dtype=np.int64))
+        return float(part.g @ stable_inverse(part.H, 1e-10) @ part.g)
+
+    return {key: max(each, key=lambda start: explained(each[start])) if len(each) > 1 else min(each) for key, each in rows.items()}
 
 
 def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index]) -> Array:

@@ -79,7 +79,8 @@ def _in_turn(units, start, student, sigma, noise):  # type: ignore[no-untyped-de
     information, pull, cross, group, blocks = units
     m, k, w, values, variance = len(group), len(sigma), np.ones(len(student[0])), np.empty(len(group)), np.empty(len(group))
     mean, factor, misfit, half = np.empty(k), np.empty((k, k)), 0.0, 0.0
-    L, inverse, told, seen = np.empty((m, m)), np.empty((m, m)), np.empty(m), np.empty((m, k))
+    widest = np.max(blocks[1:] - blocks[:-1])
+    L, inverse, told, seen = np.empty((m, widest)), np.empty((m, widest)), np.empty(m), np.empty((m, k))
     for _ in range(MOST_WEIGHED):
         root = (student[0] / np.sqrt(w))[group]
         half = start[3]
@@ -94,8 +95,9 @@ def _in_turn(units, start, student, sigma, noise):  # type: ignore[no-untyped-de
             for i in range(blocks[b], blocks[b + 1]):
                 values[i], variance[i] = 0.0, 0.0
                 for j in range(i, blocks[b + 1]):
-                    values[i] += root[i] * inverse[j, i] * told[j]
-                    variance[i] += (root[i] * inverse[j, i]) ** 2
+                    weight = root[i] * inverse[j, i - blocks[b]]
+                    values[i] += weight * told[j]
+                    variance[i] += weight**2
         if _changed(w, group, (values, variance), student, noise[0] + noise[1] * misfit) < WEIGHED:
             break
     return mean, factor, misfit, half, values, variance, w
@@ -105,12 +107,13 @@ def _in_turn(units, start, student, sigma, noise):  # type: ignore[no-untyped-de
 def _whitened(units, root, block, at):  # type: ignore[no-untyped-def]
     """Half the log determinant of a ``block``; what its units say of the misfit and the few columns is written, and its inverse factor."""
     (information, pull, cross), (first, end), (L, inverse, told, seen) = units, block, at
-    here = slice(first, end)
-    half = _inverse_factor(information[here, here], root[here], L[here, here], inverse[here, here])
+    half = _inverse_factor(information, root, block, L, inverse)
     for i in range(first, end):
-        told[i], seen[i] = 0.0, 0.0
+        told[i] = 0.0
+        for n in range(cross.shape[1]):
+            seen[i, n] = 0.0
         for j in range(first, i + 1):
-            weight = inverse[i, j] * root[j]
+            weight = inverse[i, j - first] * root[j]
             told[i] += weight * pull[j]
             for n in range(cross.shape[1]):
                 seen[i, n] += weight * cross[j, n]
@@ -118,27 +121,31 @@ def _whitened(units, root, block, at):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _inverse_factor(information, root, L, inverse):  # type: ignore[no-untyped-def]
-    """Half the log determinant of ``1 + D G D``, D the ``root`` (m,) of prior variances; the ``inverse`` of its factor L is written."""
-    half = 0.0
-    inverse[:] = 0.0
-    for i in range(len(root)):
-        for j in range(i + 1):
+def _inverse_factor(information, root, block, L, inverse):  # type: ignore[no-untyped-def]
+    """Half the log determinant of ``1 + D G D`` of a ``block`` of units, D the ``root`` (m,) of prior variances.
+
+    The ``inverse`` (m, widest) of its factor L is written below the diagonal and on it; columns of both count from the block's first unit.
+    """
+    (first, end), half = block, 0.0
+    for i in range(first, end):
+        for j in range(first, i + 1):
             value = root[i] * information[i, j] * root[j]
-            for n in range(j):
+            for n in range(j - first):
                 value -= L[i, n] * L[j, n]
             if j < i:
-                L[i, j] = value / L[j, j]
+                L[i, j - first] = value / L[j, j - first]
             elif np.isnan(value):
                 raise LinAlgError("expected information that is a number")
             else:
-                L[i, i] = np.sqrt(1.0 + max(value, 0.0))  # of 1 + D G D no pivot is less than one
-        half += np.log(L[i, i])
-        for n in range(i):
-            for j in range(n + 1):
-                inverse[i, j] -= L[i, n] * inverse[n, j]
-        inverse[i, : i + 1] /= L[i, i]
-        inverse[i, i] = 1.0 / L[i, i]
+                L[i, i - first] = np.sqrt(1.0 + max(value, 0.0))  # of 1 + D G D no pivot is less than one
+        pivot = L[i, i - first]
+        half += np.log(pivot)
+        inverse[i, i - first] = 1.0 / pivot
+        for j in range(i - first):
+            value = 0.0
+            for n in range(j, i - first):
+                value -= L[i, n] * inverse[first + n, j]
+            inverse[i, j] = value / pivot
     return half
 
 
@@ -166,7 +173,7 @@ def _changed(w, group, units, student, noise):  # type: ignore[no-untyped-def]
 def _solved_in_place(A, b, sigma):  # type: ignore[no-untyped-def]
     """``1 + D A D`` of A becomes its factor, b the mean ``D (1 + D A D)⁻¹ D b``; log determinant, and what it takes."""
     L, inverse = np.zeros_like(A), np.zeros_like(A)
-    half = _inverse_factor(A, sigma, L, inverse)
+    half = _inverse_factor(A, sigma, (0, len(sigma)), L, inverse)
     told = inverse @ (sigma * b)
     A[:], b[:] = L, sigma * (inverse.T @ told)
     return 2.0 * half, np.sum(told**2)

@@ -28,13 +28,12 @@ def scores_beside(of: Linearised) -> EfficientScores:
     if of.stated is not None:
         prior = prior + of.stated[np.ix_(inside, inside)]
     B = stable_inverse(H[np.ix_(inside, inside)] + prior) @ H[np.ix_(inside, outside)]
-    change = np.zeros((len(g), len(outside)))
-    change[inside], change[outside, np.arange(len(outside))] = -B, 1.0
-    noise = change.T @ M @ change + B.T @ prior @ B
+    undone = B.T @ (M[np.ix_(inside, outside)] - 0.5 * (M[np.ix_(inside, inside)] + prior) @ B)
+    noise = M[np.ix_(outside, outside)] - undone - undone.T
     free = np.where(np.diag(prior) > 0.0, 0.0, g[inside])  # under a prior the fit's own gradient is what the prior pulls
     information = H[np.ix_(outside, outside)] - H[np.ix_(outside, inside)] @ B
     columns = tuple(of.columns[i] for i in outside)
-    return EfficientScores(columns, g[outside] - B.T @ free, 0.5 * (information + information.T), 0.5 * (noise + noise.T))
+    return EfficientScores(columns, g[outside] - B.T @ free, 0.5 * (information + information.T), noise)
 
 
 def _precision(of: Linearised, row: int) -> float:
