@@ -7,13 +7,20 @@ import numpy as np
 from estimator.fitting.adequacy import Misfit
 from estimator.motion.slow_errors import AXES
 
-LEAST_P = 1e-16
-"""Below which a p-value is told as below it: rounding."""
+LEAST_P, PLAIN_P = 1e-16, 1e-3
+"""Below which a p-value is told as below it: rounding; and from which on it is written without a power of ten."""
 
 
-def p_words(p: float, name: str = "p ") -> str:
-    """A p-value for people; what is below all that an approximation can know is not told apart."""
-    return f"{name}= {p:.1e}" if p > LEAST_P else f"{name}< {LEAST_P:.0e}"
+def p_value(p: float) -> str:
+    """A p-value as people write it; what is below all that an approximation can know is not told apart."""
+    if p <= LEAST_P:
+        return f"< {LEAST_P:.0e}"
+    return f"{p:.2g}" if p >= PLAIN_P else f"{p:.1e}"
+
+
+def p_words(p: float) -> str:
+    """The same in a sentence."""
+    return f"p {p_value(p)}" if p <= LEAST_P else f"p = {p_value(p)}"
 
 
 def adequacy_statistics(tested: Misfit | None) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate, write_estimate
 from estimator.fitting.adequacy import Misfit
 from estimator.motion.slow_errors import SlowErrors
-from estimator.reports.misfit_words import adequacy_statistics, misfit_remark, misfit_sentence
+from estimator.reports.misfit_words import adequacy_statistics, misfit_remark, misfit_sentence, p_value, p_words
 from tumble.cli.estimate import _status_cell, remarks, tell
 from tumble.reports.words import MISFIT_MEANING, MISFIT_NEXT, besides_status, meaning, next_steps
 
@@ -40,6 +40,12 @@ def test_a_misfit_is_said() -> None:
     assert "misses something (p = 1.0e-09)" in remarks(estimate)[0]
     assert "path along y is off by 0.08 mm" in estimate.message
     assert "moves the velocities by (0.005 m/s, 0 rad/s) is in their uncertainties; its cause may move them by more" in estimate.message
+
+
+@pytest.mark.parametrize(("p", "told"), [(1.0, "1"), (0.683, "0.68"), (0.0057, "0.0057"), (9.9e-4, "9.9e-04"), (1e-20, "< 1e-16")])
+def test_p_values_are_written_as_people_do(p: float, told: str) -> None:
+    assert p_value(p) == told
+    assert p_words(p) == (f"p {told}" if told.startswith("<") else f"p = {told}")
 
 
 def test_after_impacts_the_impact_before_a_misfit_is_told() -> None:

@@ -16,7 +16,7 @@ from datasets.json_documents import Document, plain, read_document, write_docume
 from datasets.vocabulary.effects import begins, in_words
 from estimator.effects.choosing import chosen_effects
 from estimator.fitting.side_by_side import processes
-from estimator.reports.misfit_words import p_words
+from estimator.reports.misfit_words import p_value
 from tumble.campaigning import Known, Prepared
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, BAD_INPUT, INCOMPLETE
@@ -261,7 +261,7 @@ def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
         alike = "cannot be told apart" if missing and candidate["effect"] in diagnosis["group"][1:] else ""
         odd = "" if all(v["plausible"] for v in values) or not missing else "not plausible"
         share = f"{candidate['share']:.0%}" if missing else "–"
-        sure = p_words(candidate["p"], "").removeprefix("= ")
+        sure = p_value(candidate["p"])
         table.add_row(candidate["effect"], percent(candidate["probability"]), share, sure, text, alike or odd)
     return table
 

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
 from datasets.vocabulary.effects import begins
-from estimator.reports.misfit_words import p_words
+from estimator.reports.misfit_words import p_value
 from tumble.limiting import facts_told
 from tumble.numbers import compact
 from tumble.reports.campaign_charts import autocorrelation_chart, ladder_chart
@@ -40,7 +40,7 @@ def write_campaign_page(document: Mapping[str, Any], path: Path) -> None:
 def render(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters.update(words=names_in_words, value=_value, interval=_interval, p=_p, percent=percent)
+    environment.filters.update(words=names_in_words, value=_value, interval=_interval, p=p_value, percent=percent)
     environment.filters |= {"size": _size, "begins": begins}
     found = {
         "drops": [],
@@ -149,7 +149,3 @@ def _interval(entry: Mapping[str, Any]) -> str:
 
 def _size(value: float) -> str:
     return f"{value:.2g}" if math.isfinite(value) else "–"
-
-
-def _p(value: float) -> str:
-    return "1" if value >= 1 else (f"{value:.2f}" if value >= 0.01 else p_words(value, "").removeprefix("= "))
