@@ -13,7 +13,7 @@ from datasets.errors import InputError
 from estimator.diagnosis.score_tests import Candidates
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
-from estimator.diagnosis.selection.refitting import refitted
+from estimator.diagnosis.selection.refitting import held_anew, refitted
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.base_model import base_fit
@@ -49,23 +49,17 @@ def _as_probable(campaign: Campaign, fit: CampaignFit, more: Mapping[str, Effect
     return refitted(campaign, fit, Evidence(of), tuple(range(len(of.effects))))
 
 
-def _ended(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
-    """About surfaces and noise that follow a fit's effects, and, where these are noise of readings, what that is thought to be by now."""
-    campaign, fit = relinearised(campaign, fit)
-    return _as_probable(campaign, fit, {}) if any(effect.noise for effect in fit.model.effects) else (campaign, fit)
-
-
 def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> tuple[Campaign, CampaignFit]:
     """Free flight with all of ``effects``, and the campaign as it is at that fit (:mod:`estimator.fitting.campaigns.following`)."""
     return _one_by_one(campaign, start, effects)[-1]
 
 
 def _one_by_one(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> list[tuple[Campaign, CampaignFit]]:
-    """The base, then one effect more each time; the last one ended."""
+    """The base, then one effect more each time; the last one about priors, surfaces and noise that follow its effects."""
     reached = [relinearised(*weighed_again(*following(campaign, base_fit(campaign, start))))]
     for number, effect in enumerate(effects):
         reached.append(with_effect(*reached[-1], effect, effects[:number]))
-    return [*reached[:-1], _ended(*reached[-1])] if effects else reached
+    return [*reached[:-1], held_anew(*relinearised(*reached[-1]))] if effects else reached
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
-from estimator.diagnosis.imagined_sequences import Drop, at_pixel, in_the_middle, lasting
+from estimator.diagnosis.imagined_sequences import Drop, at_pixel, lasting
 from estimator.motion.flight import Flight
 from estimator.motion.rigid_body import quaternion_product
 from estimator.motion.rotation import quaternion_from_vector
@@ -82,7 +82,7 @@ def _other_attitude(drop: Drop) -> Drop:
 
 def _nearer(drop: Drop) -> Drop:
     """The flight in the middle of the picture, half as far away."""
-    flight, camera = in_the_middle(drop).flight, drop.cameras[0]
+    flight, camera = at_pixel(drop).flight, drop.cameras[0]
     at = -camera.R_cam_world.T @ camera.t_cam_world
     return replace(drop, flight=replace(flight, x=at + 0.5 * (flight.x - at)))
 
@@ -98,7 +98,7 @@ def _second_camera(drop: Drop) -> Drop:
 
 def _released(drop: Drop) -> Drop:
     """A fall from rest, the velocity at the first frame known; the middle of the picture lies half-way down the path."""
-    flight = in_the_middle(drop).flight
+    flight = at_pixel(drop).flight
     v = float(np.linalg.norm(flight.v)) * _vertical(flight)
     times = drop.times_s - drop.times_s[0] + flight.time_s
     half = 0.5 * float(times[-1] - times[0])

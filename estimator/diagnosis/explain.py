@@ -4,14 +4,14 @@ Which effects belong into the model is decided by their evidence alone (:mod:`es
 of held-out sequences is told beside it, effect by effect, as a check that a person understands; it decides nothing.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import FACTOR, group_of, sureness
 from estimator.diagnosis.selection.names import UnderName, under_names
-from estimator.diagnosis.selection.path import At, looked_at, moved, path_from
+from estimator.diagnosis.selection.path import At, Told, looked_at, moved, path_from
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
@@ -115,9 +115,6 @@ class Explanation:
     def groups(self) -> tuple[tuple[UnderName, ...], ...]:
         """The groups that have several names, each name with its values."""
         return tuple(step.names for step in self.steps if len(step.names) > 1)
-
-
-Told = Callable[[str], None]
 
 
 def explain(

@@ -40,15 +40,10 @@ def about(time_s: float, frames: int, interval_s: float) -> Array:
     return np.asarray(time_s + interval_s * (np.arange(frames) - (frames - 1) // 2))
 
 
-def in_the_middle(drop: Drop) -> Drop:
-    """The drop with its reference state on the ray through the middle of the first camera's picture, as deep as before."""
-    return at_pixel(drop, (0.5, 0.5))
-
-
-def at_pixel(drop: Drop, place: tuple[float, float]) -> Drop:
+def at_pixel(drop: Drop, place: tuple[float, float] = (0.5, 0.5)) -> Drop:
     """The drop with its reference state at ``place``, in shares of the first picture's width and height, as deep as before.
 
-    Without a camera it stays where it is.
+    Without a place it is the picture's middle; without a camera the drop stays where it is.
     """
     if not drop.cameras:
         return drop

@@ -14,7 +14,7 @@ import numpy as np
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.groups import FACTOR, group_of
 from estimator.diagnosis.selection.linearised import linearised
-from estimator.diagnosis.selection.refitting import held_otherwise, refitted
+from estimator.diagnosis.selection.refitting import held_anew, refitted
 from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, posterior_of, searched, try_pairs
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.empirical.families import families
@@ -99,11 +99,9 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
 
 def _relinearised(at: At, catalogue: Catalogue) -> At:
     """Where a search stands, about priors, surfaces and noise that follow its model; as it is where those do not, or flights run away."""
-    if held_otherwise(at.campaign, at.fit, at.trial.evidence, at.members):
-        at = moved(at, at.members, catalogue, unknown=False) or at
-    campaign, fit = relinearised(at.campaign, at.fit)
     try:
-        return at if campaign is at.campaign else looked_at(campaign, fit, catalogue)
+        campaign, fit = held_anew(*relinearised(*held_anew(at.campaign, at.fit)))
+        return at if fit is at.fit else looked_at(campaign, fit, catalogue)
     except UNFLYABLE:
         return at
 

@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.selection.evidence import Evidence
+from estimator.diagnosis.selection.linearised import linearised
+from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
@@ -14,6 +16,8 @@ from estimator.motion.rigid_body import RanAway
 Array = NDArray[np.float64]
 SHARES = (1.0, 0.5, 0.0)
 """Of the linear values at which a fit starts: where flights run away from there, closer to no effect."""
+TURNS = 4
+"""Times that priors are made anew at most: two are enough nearly always. By judgement."""
 Set = tuple[int, ...]
 
 
@@ -42,10 +46,22 @@ def refitted(
     raise AssertionError("unreachable")
 
 
-def held_otherwise(campaign: Campaign, fit: CampaignFit, evidence: Evidence, members: Set) -> bool:
-    """Whether the evidence about the ``fit`` of a set has noise of what was measured at other scales than it was fitted under."""
-    pairs = zip(_model(campaign, evidence, tuple(evidence.acting(members))).effects, fit.model.effects, strict=True)
-    return any(not np.allclose(new.held, old.held) for new, old in pairs if new.noise and new.held and old.held)
+def held_anew(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
+    """Fitted under the most probable priors where noise of what was measured is among the effects: about a fit others may be, so in turn.
+
+    Raises
+    ------
+    RanAway
+        Where flights run away.
+    """
+    for _ in range(TURNS if any(effect.noise for effect in fit.model.effects) else 0):
+        evidence = Evidence(with_facts(linearised(campaign, fit, {}), campaign))
+        members = tuple(range(len(evidence.of.effects)))
+        pairs = zip(_model(campaign, evidence, tuple(evidence.acting(members))).effects, fit.model.effects, strict=True)
+        if all(np.allclose(new.held, old.held) for new, old in pairs if new.held and old.held):
+            break
+        campaign, fit = refitted(campaign, fit, evidence, members)
+    return campaign, fit
 
 
 def _model(campaign: Campaign, evidence: Evidence, members: Set) -> Model:

@@ -15,7 +15,7 @@ from datasets.vocabulary.camera import Intrinsics
 from estimator.appearance.hull_outlines import hull_of, like_noise, outline_of
 from estimator.appearance.model_errors import SequenceTask
 from estimator.data.fit_task import FitTask, Sightings, restricted
-from estimator.diagnosis.imagined_sequences import Drop, Imagined, about, in_the_middle
+from estimator.diagnosis.imagined_sequences import Drop, Imagined, about, at_pixel
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import SequenceEquations
@@ -62,7 +62,7 @@ class Pictures:
         """The drop where it is, or aimed at the middle of the picture where that shows more of it."""
         sequence = silhouettes_of(drop, self)
         if len(sequence.task.sightings) < len(drop.times_s) * len(drop.cameras):
-            aimed = in_the_middle(drop)
+            aimed = at_pixel(drop)
             other = silhouettes_of(aimed, self)
             if len(other.task.sightings) > len(sequence.task.sightings):
                 drop, sequence = aimed, other

@@ -6,6 +6,7 @@ import numpy as np
 
 from estimator.diagnosis.adding import ladder
 from estimator.diagnosis.explain import Explanation
+from estimator.diagnosis.selection.refitting import held_anew
 from estimator.effects.choosing import catalogue
 from estimator.motion.flight import OMEGA
 from tests.estimator.made_balls import LIFT, explained_balls, registered_balls
@@ -55,6 +56,12 @@ def test_the_lift_is_that_of_the_right_ones() -> None:
     told = found(WRONG)
     value = told.fit.state.theta[0][told.fit.model.slices[told.fit.model.keys.index("magnus_lift")]]
     assert abs(float(value[0]) - LIFT) < 0.02 * LIFT
+
+
+def test_what_other_readings_are_wrong_by_is_as_probable_beside_those_that_are_left() -> None:
+    """With readings of other balls it was far larger, and so were lifts beside those by right ones."""
+    last = found(WRONG).last
+    assert held_anew(last.campaign, last.fit)[1] is last.fit
 
 
 def test_right_readings_are_all_kept() -> None:
