@@ -10,7 +10,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaigns.following import following
-from estimator.fitting.campaigns.weighing_again import weighed_again
+from estimator.fitting.campaigns.weighing_again import UNFLYABLE, weighed_again
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
@@ -49,10 +49,7 @@ def refitted(
 def held_anew(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
     """Fitted under the most probable priors where noise of what was measured is among the effects: about a fit others may be, so in turn.
 
-    Raises
-    ------
-    RanAway
-        Where flights run away.
+    As far as flights do not run away.
     """
     for _ in range(TURNS if any(effect.noise for effect in fit.model.effects) else 0):
         evidence = Evidence(with_facts(linearised(campaign, fit, {}), campaign))
@@ -60,7 +57,10 @@ def held_anew(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignF
         pairs = zip(_model(campaign, evidence, tuple(evidence.acting(members))).effects, fit.model.effects, strict=True)
         if all(np.allclose(new.held, old.held) for new, old in pairs if new.held and old.held):
             break
-        campaign, fit = refitted(campaign, fit, evidence, members)
+        try:
+            campaign, fit = refitted(campaign, fit, evidence, members)
+        except UNFLYABLE:
+            break
     return campaign, fit
 
 
