@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from datasets.errors import InputError
+from datasets.names import file_name
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
 from datasets.particle_files import read_particle, with_particle
@@ -28,7 +29,7 @@ from estimator.measurements.trajectories.registering import register_trajectorie
 from tumble.misstated import Misstated, misstated
 from tumble.notes import tell_notes
 from tumble.progress import progress
-from tumble.reasons import grouped
+from tumble.reasons import grouped, listed
 from tumble.result_files import observations_in
 from tumble.stating import Stated, facts_of
 from tumble.tracked_bodies import body_from_mesh
@@ -45,19 +46,21 @@ class Known:
     """What a user says on the command line.
 
     Of trajectories ``surroundings`` as in their side-car, and a ``mesh`` of the body; of effects what is ``stated``; of observations the
-    folder of the ``particle`` file whose views count.
+    folder of the ``particle`` file whose views count; names of sequences that the campaign is ``without``.
     """
 
     surroundings: Mapping[str, Any] = field(default_factory=dict)
     mesh: Path | None = None
     stated: tuple[Stated, ...] = ()
     particle: Path | None = None
+    without: tuple[str, ...] = ()
 
     @property
     def options(self) -> tuple[str, ...]:
         """The options that say so."""
         particle = () if self.particle is None else ("--particle", str(self.particle))
-        return (*particle, *self.of_trajectories, *(word for each in self.stated for word in (each.option, each.words)))
+        without = ("--without", ",".join(self.without)) if self.without else ()
+        return (*particle, *self.of_trajectories, *(word for each in self.stated for word in (each.option, each.words)), *without)
 
     @property
     def of_trajectories(self) -> tuple[str, ...]:
@@ -114,7 +117,7 @@ def prepare(
     if found is None and known.of_trajectories:
         words = shlex.join(known.of_trajectories)
         raise InputError(f"{source}: expected trajectories (*.csv, *.tum, *.txt) for {words}, got none: pictures state it themselves.")
-    found = found or _of_pictures(source, configuration, _unstated(effects, known), known.particle, quiet=quiet)
+    found = found or _of_pictures(source, configuration, effects, known, quiet=quiet)
     if not found.registered.campaign.sequences:
         reasons = "\n".join(f"  {who}: {reason}" for who, reason in grouped(found.left_out))
         raise InputError(f"{source}: no sequence of this campaign can be measured:\n{reasons}")
@@ -130,6 +133,24 @@ def _unstated(effects: Sequence[EffectModel], known: Known) -> list[EffectModel]
     return [effect for effect in effects if effect.entry.key not in stated]
 
 
+def _wanted(source: Path, paths: Sequence[Path], without: Sequence[str], *, quiet: bool) -> list[Path]:
+    """What is read of a campaign: all but what it is ``without``, which is told.
+
+    Raises
+    ------
+    InputError
+        Where there is no sequence of such a name, or none is left.
+    """
+    names = {file_name(path.stem) if path.is_file() else path.name: path for path in paths}
+    if strange := [name for name in without if name not in names]:
+        raise InputError(f"{source}: expected --without with names of sequences, got {', '.join(strange)}; there are {listed(names)}.")
+    if names.keys() <= set(without):
+        raise InputError(f"{source}: expected --without to leave a sequence, got all {len(names)}: {listed(names)}.")
+    told = f"{len(without)} of {len(names)} sequences are not used, as --without asks: {listed(without)}."
+    tell_notes([told] if without else [], quiet=quiet)
+    return [path for name, path in names.items() if name not in without]
+
+
 def _read_alone(folder: Path) -> Observation:
     """An observation of one particle."""
     observation = read_observation(folder)
@@ -138,19 +159,17 @@ def _read_alone(folder: Path) -> Observation:
     return observation
 
 
-def _of_pictures(
-    source: Path, configuration: Configuration, effects: Sequence[EffectModel], particle: Path | None, *, quiet: bool
-) -> Prepared:
+def _of_pictures(source: Path, configuration: Configuration, effects: Sequence[EffectModel], known: Known, *, quiet: bool) -> Prepared:
     try:
         folders = observations_in(source)
     except InputError as error:
         raise InputError(f"{error} Trajectories are files that end in .csv, .tum or .txt.") from error
-    observations, left_out = _read(folders, _read_alone)
-    if particle is not None:
-        known = read_particle(particle)
-        observations = {name: with_particle(observation, known) for name, observation in observations.items()}
+    observations, left_out = _read(_wanted(source, folders, known.without, quiet=quiet), _read_alone)
+    if known.particle is not None:
+        particle = read_particle(known.particle)
+        observations = {name: with_particle(observation, particle) for name, observation in observations.items()}
     tell_notes((note for observation in observations.values() for note in observation.notes), quiet=quiet)
-    refuse_without_gravity([e.entry.key for e in effects], [o.gravity_world for o in observations.values()])
+    refuse_without_gravity([e.entry.key for e in _unstated(effects, known)], [o.gravity_world for o in observations.values()])
     with progress("register", len(observations), quiet=quiet) as advance:
         registered = register(list(observations.values()), configuration, told=advance)
     left_out.update({each.name: each.reason for each in registered.left_out})
@@ -158,7 +177,8 @@ def _of_pictures(
 
 
 def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known, *, quiet: bool) -> Prepared:
-    trajectories, left_out = _read(trajectories_in(source), lambda path: read_trajectory(path, known.surroundings))
+    files = _wanted(source, trajectories_in(source), known.without, quiet=quiet)
+    trajectories, left_out = _read(files, lambda path: read_trajectory(path, known.surroundings))
     copies = _copies(trajectories)
     left_out |= {name: f"{name}: the same rows as {first}; a recording that is there twice counts once." for name, first in copies.items()}
     trajectories = {name: each for name, each in trajectories.items() if name not in copies}

@@ -1,7 +1,7 @@
 """Why items were lost, each reason said once however many it struck."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import PurePath
 
 NUMBER = re.compile(r"\d[\d.]*(e[+-]?\d+)?")
@@ -21,11 +21,14 @@ def _without_name(name: str, reason: str) -> str:
     return NUMBER.sub("…", reason.replace(name, "…").replace(PurePath(name).stem, "…"))
 
 
+def listed(names: Iterable[str]) -> str:
+    """Names with commas, the first few where there are many."""
+    told = list(names)
+    return ", ".join(told[:NAMED]) + (f" and {len(told) - NAMED} more" if len(told) > NAMED else "")
+
+
 def _who(names: list[str]) -> str:
-    if len(names) == 1:
-        return names[0]
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return f"{len(names)} of them ({', '.join(names[:NAMED])}{more})"
+    return names[0] if len(names) == 1 else f"{len(names)} of them ({listed(names)})"
 
 
 def sentences(reasons: Mapping[str, str], what: str) -> list[str]:

@@ -238,8 +238,11 @@ def _of_a_few(removed: Removed, names: Sequence[str]) -> Iterator[str]:
     few = 1 + int(np.searchsorted(np.cumsum(gains[order]), MOST_OF_IT * gains.sum()))
     if gains.any() and few <= FEW * len(names):
         share = gains[order[:few]].sum() / gains.sum()
-        told = ", ".join(names[i] for i in order[:few].tolist())
-        yield f"{few} of {len(names)} sequences have {share:.0%} of that fall of the held-out error: {told}. Check these recordings first."
+        told = [names[i] for i in order[:few].tolist()]
+        yield (
+            f"{few} of {len(names)} sequences have {share:.0%} of that fall of the held-out error: {', '.join(told)}. Check these "
+            f"recordings first, and leave them out for once: --without {','.join(told)}"
+        )
 
 
 MOST_OTHERS = 3

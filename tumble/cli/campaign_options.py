@@ -80,6 +80,7 @@ def known_by(arguments: argparse.Namespace) -> Known:
         arguments.mesh,
         stated,
         getattr(arguments, "particle", None),
+        arguments.without,
     )
 
 

@@ -38,7 +38,7 @@ def parser() -> argparse.ArgumentParser:
         description="Measure poses, trajectory and velocities. OBSERVATIONS is a dataset, a folder of observations, or one observation;\n"
         "only pictures or outlines, cameras, clock, gravity and calibrated views are read. With --effects all observations of the folder\n"
         "are one campaign, fitted jointly with these effects in the model; campaign.json has their values; so they are with\n"
-        "--known or --possible. Trajectories\n"
+        "--known, --possible or --without. Trajectories\n"
         "(*.csv, *.tum, *.txt) are one campaign of free flights; poses that strike something are free flights with impacts between, each\n"
         "by itself.",
         example="tumble estimate out/dataset --out out/estimates",
@@ -56,7 +56,7 @@ def parser() -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate; exit code 1 when an observation failed or its estimate is no measurement."""
-    stated = bool(arguments.effects or arguments.known or arguments.possible)
+    stated = bool(arguments.effects or arguments.known or arguments.possible or arguments.without)
     if stated or trajectories_in(arguments.observations):
         return _estimate_jointly(arguments, stated)
     configuration = load_configuration(arguments.config, arguments.settings)

@@ -63,7 +63,7 @@ def add_output(parser: argparse.ArgumentParser, *, default: str) -> None:
 
 
 def add_known(parser: argparse.ArgumentParser) -> None:
-    """``--gravity``, ``--mesh``: what trajectories do not say themselves; ``--particle``; ``--known``, ``--possible``: of effects."""
+    """What a user knows: ``--gravity``, ``--mesh`` of trajectories, ``--particle``, ``--known``, ``--possible`` and ``--without``."""
     parser.add_argument(
         "--gravity", type=three_numbers, metavar="X,Y,Z", help="trajectories: gravity in their frame, m/s2, e.g. --gravity=0,0,-9.81"
     )
@@ -85,6 +85,17 @@ def add_known(parser: argparse.ArgumentParser) -> None:
         metavar="EFFECT=±SIGMA",
         help="an effect that may be there though no data show it, with its standard deviation: length_scale=±0.2%%; widens v and ω",
     )
+    parser.add_argument(
+        "--without", type=names, default=(), metavar="NAMES", help="sequences of a campaign that are not used: toss_07,toss_12"
+    )
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Names with commas, for argparse."""
+    found = tuple(dict.fromkeys(filter(None, (part.strip() for part in text.split(",")))))
+    if not found:
+        raise argparse.ArgumentTypeError(f"expected names with commas, as in toss_07,toss_12, got {text!r}")
+    return found
 
 
 def three_numbers(text: str) -> tuple[float, ...]:
