@@ -141,14 +141,15 @@ def _wanted(source: Path, paths: Sequence[Path], without: Sequence[str], *, quie
     InputError
         Where there is no sequence of such a name, or none is left.
     """
-    names = {file_name(path.stem) if path.is_file() else path.name: path for path in paths}
+    names = [file_name(path.stem) if path.is_file() else path.name for path in paths]
     if strange := [name for name in without if name not in names]:
         raise InputError(f"{source}: expected --without with names of sequences, got {', '.join(strange)}; there are {listed(names)}.")
-    if names.keys() <= set(without):
+    wanted = [path for name, path in zip(names, paths, strict=True) if name not in without]
+    if not wanted:
         raise InputError(f"{source}: expected --without to leave a sequence, got all {len(names)}: {listed(names)}.")
     told = f"{len(without)} of {len(names)} sequences are not used, as --without asks: {listed(without)}."
     tell_notes([told] if without else [], quiet=quiet)
-    return [path for name, path in names.items() if name not in without]
+    return wanted
 
 
 def _read_alone(folder: Path) -> Observation:

@@ -39,6 +39,14 @@ def test_a_broken_one_that_is_not_used_is_not_missed(tosses: Path) -> None:
     assert prepare(tosses, Configuration(), (), quiet=True).left_out
 
 
+def test_two_files_of_one_name_are_still_told(tosses: Path) -> None:
+    there = names_without(tosses)
+    (tosses / f"{there[0]}.txt").write_text((tosses / f"{there[1]}.csv").read_text())
+    found = prepare(tosses, Configuration(), (), quiet=True)
+    assert found.names == there
+    assert set(found.left_out) == {f"{there[0]}.txt"}
+
+
 def test_a_name_that_none_has_is_refused_with_those_that_there_are(tosses: Path) -> None:
     there = names_without(tosses)
     with pytest.raises(InputError, match="got toss_x; there are ") as refused:
