@@ -16,6 +16,7 @@ from datasets.estimate_files import read_estimate
 from datasets.scoring.leaderboard import JUDGED, First, Leaderboard, Standing
 from datasets.scoring.score import Row, score
 from datasets.truth_files import read_truth
+from tumble.reasons import listed
 from tumble.result_files import estimate_path
 
 PAGE = "leaderboard.md"
@@ -117,8 +118,7 @@ def first_in_words(first: First) -> str:
     between = f" ({_factor(first.low)} to {_factor(first.high)})" if math.isfinite(first.high) else " (too few sequences for an interval)"
     factor = f"{first.first} by the median; errors of {first.second} are {_factor(first.ratio)} times as large{between}"
     said = f"{first.cell}, {NAMES[first.metric]}: {factor}" + ("" if first.decided else ", not decided")
-    shown = ", ".join(first.lost[:MOST_LOST]) + (f" and {len(first.lost) - MOST_LOST} more" if len(first.lost) > MOST_LOST else "")
-    return f"{said}; {first.second} is nearer in {shown}" if first.lost else said
+    return f"{said}; {first.second} is nearer in {listed(first.lost, MOST_LOST)}" if first.lost else said
 
 
 def _place(cell: Cell, folder: Path, *, alone: bool) -> Path:

@@ -21,10 +21,10 @@ def _without_name(name: str, reason: str) -> str:
     return NUMBER.sub("…", reason.replace(name, "…").replace(PurePath(name).stem, "…"))
 
 
-def listed(names: Iterable[str]) -> str:
+def listed(names: Iterable[str], most: int = NAMED) -> str:
     """Names with commas, the first few where there are many."""
     told = list(names)
-    return ", ".join(told[:NAMED]) + (f" and {len(told) - NAMED} more" if len(told) > NAMED else "")
+    return ", ".join(told[:most]) + (f" and {len(told) - most} more" if len(told) > most else "")
 
 
 def _who(names: list[str]) -> str:

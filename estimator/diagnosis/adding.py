@@ -11,10 +11,7 @@ import numpy as np
 
 from datasets.errors import InputError
 from estimator.diagnosis.score_tests import Candidates
-from estimator.diagnosis.selection.evidence import Evidence
-from estimator.diagnosis.selection.linearised import linearised
-from estimator.diagnosis.selection.refitting import held_anew, refitted
-from estimator.diagnosis.selection.stated import with_facts
+from estimator.diagnosis.selection.refitting import evidence_about, held_anew, refitted
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
@@ -45,8 +42,8 @@ def with_effect(
 
 def _as_probable(campaign: Campaign, fit: CampaignFit, more: Mapping[str, EffectModel]) -> tuple[Campaign, CampaignFit]:
     """A campaign fitted with the effects of a fit and some ``more`` under the priors that the evidence has for all of them."""
-    of = with_facts(linearised(campaign, fit, more), campaign)
-    return refitted(campaign, fit, Evidence(of), tuple(range(len(of.effects))))
+    evidence = evidence_about(campaign, fit, more)
+    return refitted(campaign, fit, evidence, tuple(range(len(evidence.of.effects))))
 
 
 def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> tuple[Campaign, CampaignFit]:

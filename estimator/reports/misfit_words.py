@@ -12,7 +12,7 @@ LEAST_P, PLAIN_P = 1e-16, 1e-3
 
 
 def p_value(p: float) -> str:
-    """A p-value as people write it; what is below all that an approximation can know is not told apart."""
+    """A p-value as people write it, as a bound where it is smaller than an approximation can know."""
     if p <= LEAST_P:
         return f"< {LEAST_P:.0e}"
     return f"{p:.2g}" if p >= PLAIN_P else f"{p:.1e}"

@@ -11,12 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.groups import FACTOR, group_of
-from estimator.diagnosis.selection.linearised import linearised
-from estimator.diagnosis.selection.refitting import held_anew, refitted
+from estimator.diagnosis.selection.refitting import evidence_about, held_anew, refitted
 from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, posterior_of, searched, try_pairs
-from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.empirical.families import families
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
@@ -75,9 +72,9 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
     """The posterior over sets of a ``catalogue`` about a fit; where asked for, of the empirical families, too: of all, or by their keys."""
     every = families([f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences]) if unknown else ()
     wide = {e.entry.key: e for e in every if isinstance(unknown, bool) or e.entry.key in unknown}
-    of = with_facts(linearised(campaign, fit, {**catalogue, **wide}), campaign)
+    of = (evidence := evidence_about(campaign, fit, {**catalogue, **wide})).of
     noise = frozenset(i for i, effect in enumerate(of.effects) if effect.noise)
-    trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide), noise=noise)
+    trial = Trial(evidence, frozenset(i for i, key in enumerate(of.keys) if key in wide), noise=noise)
     return At(campaign, fit, trial, tuple(sorted({*range(of.own), *noise})))
 
 

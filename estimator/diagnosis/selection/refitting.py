@@ -1,5 +1,7 @@
 """A campaign fitted with a set of effects, from where a linearised campaign says that their values lie."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +19,7 @@ Array = NDArray[np.float64]
 SHARES = (1.0, 0.5, 0.0)
 """Of the linear values at which a fit starts: where flights run away from there, closer to no effect."""
 TURNS = 4
-"""Times that priors are made anew at most: two are enough nearly always. By judgement."""
+"""Times that priors are made anew at most: a bound, of the table tennis shots one was enough. By judgement."""
 Set = tuple[int, ...]
 
 
@@ -46,13 +48,18 @@ def refitted(
     raise AssertionError("unreachable")
 
 
+def evidence_about(campaign: Campaign, fit: CampaignFit, more: Mapping[str, EffectModel]) -> Evidence:
+    """Of all sets of a fit's effects and ``more``, linearised about the fit, beside what is stated."""
+    return Evidence(with_facts(linearised(campaign, fit, more), campaign))
+
+
 def held_anew(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
     """Fitted under the most probable priors where noise of what was measured is among the effects: about a fit others may be, so in turn.
 
     As far as flights do not run away.
     """
     for _ in range(TURNS if any(effect.noise for effect in fit.model.effects) else 0):
-        evidence = Evidence(with_facts(linearised(campaign, fit, {}), campaign))
+        evidence = evidence_about(campaign, fit, {})
         members = tuple(range(len(evidence.of.effects)))
         pairs = zip(_model(campaign, evidence, tuple(evidence.acting(members))).effects, fit.model.effects, strict=True)
         if all(np.allclose(new.held, old.held) for new, old in pairs if new.held and old.held):
