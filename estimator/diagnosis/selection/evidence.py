@@ -151,10 +151,10 @@ class Evidence:
         return {s: r for s, r in some.items() if gain[s] >= least}
 
     def _at_least_one(self, effect: int, rows: NDArray[np.int64]) -> bool:
-        """Whether what comes in whole numbers is, alone, nearer to one than to none."""
+        """Whether what comes in whole numbers is, alone, nearer to one than to none: what is missing is not less than nothing."""
         of = self.of.effects[effect]
         whole = [row for row in rows if of.entry.parameters[self.of.columns[row].parameter].name in of.whole]
-        return not whole or any(abs(self.of.pull[r]) >= 0.5 * self.of.information[r, r] for r in whole)
+        return not whole or any(self.of.pull[r] >= 0.5 * self.of.information[r, r] for r in whole)
 
     def rows(self, effect: int) -> NDArray[np.int64]:
         """Columns of an effect that are in use: of a searched place those of sequences in which it was worth the search."""

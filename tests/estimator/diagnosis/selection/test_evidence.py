@@ -155,10 +155,10 @@ def test_starts_that_were_tried_cost_their_number() -> None:
     assert one - many == pytest.approx(np.log(50.0))
 
 
-def test_what_comes_in_whole_numbers_is_not_there_by_a_tenth() -> None:
+def test_what_comes_in_whole_numbers_is_not_there_by_a_tenth_or_by_less_than_none() -> None:
     """A tenth of a missing frame in every sequence fits rounded time stamps, and gains hundreds of nats."""
     x = 50.0 * own_columns(5, ROWS // 5)
-    for size, there in ((0.1, False), (1.0, True)):
+    for size, there in ((0.1, False), (1.0, True), (-1.0, False)):
         made = Made(x, (BOTH,), tuple(range(5)), whole=True)
         evidence = evidence_of([made], size * x.sum(axis=1) + noise(19), tried={0: 20})
         assert len(evidence.rows(0)) == (5 if there else 0)
