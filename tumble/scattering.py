@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.effects import begins
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.explain import Explanation
+from estimator.effects.instrument.slow_errors import SlowErrors
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.wald import p_of_zero
 from estimator.geometry.robust_scale import robust_sigma
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 MOST_TOLD = 12
 SMALLEST = 1e-6
 """Share of the largest value below which values of every sequence count as equal."""
+MOST_WANDER = 3
+"""Sequences that are named of those whose positions wander. What is told, no unknown."""
 FAR = 4.0
 """Scatters (standard deviations by the median) from which on the value of one sequence stands out. By judgement."""
 SURE = 2.0
@@ -41,7 +44,25 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
             elif len(owners) > 1:  # one value scatters about nothing
                 name = partial(owner_name, campaign, effect.entry.scope)
                 told += _scatter(effect, np.array([explanation.fit.state.theta[i][part] for i in owners]), [name(i) for i in owners])
+        elif isinstance(effect, SlowErrors):
+            told.append(_wandering(explanation, effect, part))
     return tuple(told)
+
+
+def _wandering(explanation: Explanation, slow: SlowErrors, part: slice) -> str:
+    """By how much positions wander within sequences, and where most; ``part``: the place of ``slow`` errors among the parameters."""
+    both = zip(explanation.campaign.sequences, explanation.fit.state.theta, strict=True)
+    off = [(task.times_s, slow.tracked(theta[part], np.zeros((len(task.times_s), 3)), task.setting)) for task, theta in both]
+    lines = [np.vander(t, 2) @ np.polyfit(t, each, 1) for t, each in off]
+    mm = 1e3 * np.array([np.sqrt(np.mean((each - line) ** 2, axis=0)) for (_, each), line in zip(off, lines, strict=True)])
+    x, y, z = np.sqrt(np.mean(mm**2, axis=0))
+    size = np.linalg.norm(mm, axis=1)
+    most = [explanation.campaign.sequences[i].name for i in np.argsort(-size)[:MOST_WANDER]]
+    return (
+        f"Positions wander within each sequence, differently in each, by {x:.2g}, {y:.2g} and {z:.2g} mm along x, y and z (RMS about a "
+        "straight line): counted as slow errors of the tracker, which are in the error bars. "
+        f"Most in {_some(most)}, up to {size.max():.2g} mm."
+    )
 
 
 def _scatter(effect: EffectModel, values: Array, names: Sequence[str]) -> list[str]:

@@ -31,20 +31,10 @@ MOST_BLIND = 0.5
 
 @dataclass(frozen=True)
 class Finding:
-    """One candidate.
+    """One candidate: its score ``test``, ``p`` of that corrected for the number of candidates, and the ``share`` that it explains alone.
 
-    Attributes
-    ----------
-    test : ScoreTest
-        Its score test.
-    p : float
-        The test's p-value, corrected for the number of candidates.
-    share : float
-        Of what the best set explains, the share that it explains alone, 0 to 1.
-    probability : float
-        Of the candidate to be in the model.
-    log_odds : float
-        Of the model with it alone against the model as it is (nats).
+    ``share``, 0 to 1, is of what the best set explains; ``probability`` of the candidate to be in the model; ``log_odds`` (nats) of the
+    model with it alone against the model as it is.
     """
 
     test: ScoreTest
@@ -84,24 +74,10 @@ class Unknown:
 class Diagnosis:
     """All candidates by descending odds, and what the evidence says of the model.
 
-    Attributes
-    ----------
-    findings : tuple of Finding
-        Effects of the catalogue that the model lacks.
-    families : tuple of Finding
-        Empirical families.
-    missing : tuple of str
-        Effects that the most probable set has beside the model's own, families among them; empty where nothing is missing.
-    group : tuple of str
-        The first of them and what the data cannot tell from it.
-    superfluous : tuple of str
-        The model's effects that the most probable set does without.
-    probability : float
-        That the model as it is lacks nothing.
-    p : float
-        The least corrected p-value.
-    chi_square, degrees : float, int
-        All candidates' scores together.
+    ``findings``: effects of the catalogue that the model lacks, ``families``: empirical ones; ``missing``: keys that the most probable set
+    has beside the model's own, families among them, none where nothing is missing; ``group``: the first of them and what the data cannot
+    tell from it; ``superfluous``: the model's effects that the most probable set does without; ``probability`` that the model as it is
+    lacks nothing; ``p``: the least corrected p-value; ``chi_square`` of so many ``degrees``: all candidates' scores together.
     """
 
     findings: tuple[Finding, ...]

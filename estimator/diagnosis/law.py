@@ -173,12 +173,8 @@ def _dropped(pooled: PooledScores, best: Regressed, penalty: float) -> Regressed
 
 def _replaced(pooled: PooledScores, best: Regressed, terms: Iterable[Term], penalty: float) -> list[Regressed]:
     """The sets in which one term is another of the same link."""
-    found = []
-    for out in best.terms:
-        rest = tuple(t for t in best.terms if t is not out)
-        keys = best.keys
-        found += [_with(pooled, rest, term, penalty) for term in terms if term.key not in keys and term.link == out.term.link]
-    return found
+    pairs = [(out, term) for out in best.terms for term in terms if term.key not in best.keys and term.link == out.term.link]
+    return [_with(pooled, tuple(t for t in best.terms if t is not out), term, penalty) for out, term in pairs]
 
 
 def _design(pooled: PooledScores, terms: Iterable[Shaped]) -> Array:

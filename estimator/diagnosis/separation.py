@@ -123,12 +123,9 @@ def separations(
         found[pair].append(prospect)
     for pair in pairs:
         found[pair] += [p for m in MEASUREMENTS if (p := _of_measurement(present, m, pair)) is not None]
-    told = {p: Separation(p, margin, present.expected(present.scores, p), tuple(sorted(found[p], key=_order))) for p in pairs}
+    ordered = {pair: tuple(sorted(each, key=lambda p: (max(p.drops, 1), -p.expected.difference))) for pair, each in found.items()}
+    told = {pair: Separation(pair, margin, present.expected(present.scores, pair), ordered[pair]) for pair in pairs}
     return [tuple(told[pair] for pair in of_group) for of_group in of_groups]
-
-
-def _order(prospect: Prospect) -> tuple[int, float]:
-    return max(prospect.drops, 1), -prospect.expected.difference
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.campaigns.campaign import Campaign, SequenceEquations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.fitting.system import Arrangement
 from estimator.likelihood.composite_likelihood import Weighted
 from estimator.likelihood.rows import Density, Noisy, density, far_off, freedoms, marginal_squares, misfits, noise_scales
@@ -19,6 +19,10 @@ class OwnNoise:
     """Those parts of a :class:`estimator.fitting.campaigns.measurement_kind.MeasurementKind` that rest on such noise alone."""
 
     unit = "σ"
+
+    def ended(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
+        """Nothing is made of it."""
+        return campaign, fit.state
 
     def repeated_noise(
         self, campaign: Campaign, errors: Sequence[Any], frames: Sequence[Weighted], at: Arrangement, like: Sequence[Any] | None = None

@@ -20,10 +20,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, candidate_equations, efficient_scores
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, own_cost
 from estimator.likelihood.rows import AtFit
 from estimator.likelihood.time_shifts import JitterTest, jitter_test
 from estimator.motion.flight import OMEGA, V, X
@@ -35,32 +36,15 @@ Array = NDArray[np.float64]
 class Linearised:
     """The quadratic log likelihood of all effects' amplitudes about one fit.
 
-    Attributes
-    ----------
-    effects : tuple of EffectModel
-        All on trial, those of the fit first.
-    own : int
-        How many of them the fit has.
-    scores : EfficientScores
-        Scores of the c amplitudes, each of an effect, a parameter and a sequence, about the fitted values.
-    information, pull : Array
-        G (c, c) and b (c,), units of one over each parameter's, squared and plain.
-    misfit : float
-        ``S(0)``, weighted sum of squares where every amplitude is zero.
-    count : float or None
-        How many independent numbers that sum has, where its noise is known up to one factor; ``None`` where each sequence's noise is.
-    residuals : AtFit
-        The density of all residuals. Noise that a fit has drawn anew in every frame is in its weights.
-    candidates : Candidates
-        The effects with the starts that were tried of each.
-    starts : mapping
-        (effect, sequence or None) to the number of the start that its columns belong to: the value of what is searched for.
-    jitter : JitterTest
-        What the residuals say of an effect drawn anew in every frame.
-    longest : Setting or None
-        What is known of the longest sequence, whose starts are tried; ``None``: starts are those of the candidates.
-    stated : Array or None
-        The part (c, c) of ``information`` that facts give, which the scores do not have; ``None``: there are no facts.
+    ``effects`` on trial, those of the fit first, and how many of them are its ``own``; ``scores`` of the c amplitudes, each of an effect, a
+    parameter and a sequence, about the fitted values; ``information`` G (c, c) and ``pull`` b (c,), units of one over each parameter's,
+    squared and plain; ``misfit`` ``S(0)``, weighted sum of squares where every amplitude is zero; ``count``: how many independent numbers
+    that sum has, where its noise is known up to one factor, ``None`` where each sequence's noise is; ``residuals``: the density of all
+    residuals, noise that a fit has drawn anew in every frame in its weights; ``candidates``: the effects with the starts that were tried of
+    each; ``starts``: (effect, sequence or None) to the number of the start that its columns belong to, the value of what is searched for;
+    ``jitter``: what the residuals say of an effect drawn anew in every frame; ``longest``: what is known of the longest sequence, whose
+    starts are tried, ``None``: starts are those of the candidates; ``stated``: the part (c, c) of ``information`` that facts give, which
+    the scores do not have, ``None``: there are no facts.
     """
 
     effects: tuple[EffectModel, ...]
@@ -125,7 +109,7 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     jitter = jitter_test(campaign.time_shifts(equations))
     density = campaign.kind.density(campaign, equations)
     if known:
-        density = replace(density, constant=density.constant - _log_volume(fit, equations))
+        density = replace(density, constant=density.constant - _log_volume(bare, equations))
     return Linearised(
         candidates.effects,
         len(own),
@@ -143,9 +127,14 @@ def _log_volume(fit: CampaignFit, equations: Sequence[SequenceEquations]) -> flo
     """What the integral over flights takes (nats) of a density: their information, in units of how far and fast all are.
 
     By a density of flights that no unit enters, a power of their sizes [Jaynes 1968]: lengths or a clock that are wrong by
-    a factor change all flights' by it, which says nothing for them.
+    a factor change all flights' by it, which says nothing for them. What the base model ``fit`` has of every sequence's own is part of it,
+    in units of its prior.
     """
-    volume = sum(each.half_log_det_of_flight for each in equations)
+    held = np.flatnonzero(
+        fit.model.each_parameter(np.array([e.entry.scope is Scope.SEQUENCE for e in fit.model.effects], dtype=np.float64))
+    )
+    volume = sum(each.half_log_det_of_flight(held) for each in equations)
+    volume -= 0.5 * len(equations) * float(np.sum(np.log(fit.model.precision[held])))
     for part in (X, V, OMEGA):
         both = zip(fit.state.flights, equations, strict=True)
         own = np.concatenate([np.zeros(0), *(flight.values[part][np.diag(each.H)[part] > 0.0] for flight, each in both)])
@@ -156,7 +145,7 @@ def _log_volume(fit: CampaignFit, equations: Sequence[SequenceEquations]) -> flo
 
 def _cost_of_base(campaign: Campaign, bare: CampaignFit) -> float:
     """What the priors of the instrument and of the body cost (nats) where a fit has those: a set that needs less of it fits better."""
-    return bare.system(replace(campaign, facts=())).known.cost
+    return bare.system(replace(campaign, facts=())).known.cost + own_cost(campaign, bare.model, bare.state)
 
 
 def _base_and_own(campaign: Campaign, fit: CampaignFit) -> tuple[Model, tuple[EffectModel, ...]]:

@@ -51,6 +51,12 @@ class At:
         """Log posterior (nats) of the fitted set about its own fit."""
         return self.trial.log_posterior(self.members)
 
+    @property
+    def odds_of_unknown(self) -> float:
+        """Logarithm of how much more probable than all others the best set is that has a family."""
+        pairs = [(bool(self.trial.families & set(s)), p) for s, p in zip(self.posterior.sets, self.posterior.log_probability, strict=True)]
+        return max((p for has, p in pairs if has), default=-np.inf) - max(p for has, p in pairs if not has)
+
     def value_of(self, keys: tuple[str, ...]) -> float:
         """Log posterior (nats) of another set about this fit; minus infinity where one of its effects is not on trial here."""
         known = self.trial.evidence.of.keys
@@ -82,22 +88,58 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
     """The path from ``at`` to the most probable set; every entry is more probable than the one before, about either fit.
 
     What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again: about surfaces and
-    noise of that very set, since those of another one miss by what an unknown would be told for.
+    noise of that very set, since those of another one miss by what an unknown would be told for. Where sequences have errors of their own
+    beside all that, it is looked for again beside those.
     """
-    path, followed = _climbed(at, catalogue, told, unknown=False), [at.keys]
-    while path[-1].keys not in followed:
-        followed.append(path[-1].keys)
-        path = (*path[:-1], *_climbed(_relinearised(path[-1], catalogue), catalogue, told, unknown=False))
-    if path[-1].keys != followed[-1]:  # it went back
-        path = (*path[:-1], _relinearised(path[-1], catalogue))
-    last = looked_at(path[-1].campaign, path[-1].fit, catalogue, unknown=True)
+    path = _known_alone((at,), catalogue, told)
+    path = (*path[:-1], *_climbed(_with_unknown(path[-1], catalogue), catalogue, told, unknown=True))
+    beside = _beside_own_errors(path[-1], catalogue)
+    if beside is None:
+        return path
+    known = [each for each in path if not set(each.members) & each.trial.families]
+    path = _known_alone((*known[:-1], beside), catalogue, told)
+    last = _with_unknown(path[-1], catalogue)
+    other = _known_alone((*path[:-1], _relinearised(path[-1], catalogue, ended=True)), catalogue, told)
+    if other[-1].value > last.value + last.odds_of_unknown:
+        path, last = other, _with_unknown(other[-1], catalogue)
     return (*path[:-1], *_climbed(last, catalogue, told, unknown=True))
 
 
-def _relinearised(at: At, catalogue: Catalogue) -> At:
-    """Where a search stands, about priors, surfaces and noise that follow its model; as it is where those do not, or flights run away."""
+def _known_alone(path: tuple[At, ...], catalogue: Catalogue, told: Told) -> tuple[At, ...]:
+    """The path on to where no effect of the catalogue makes a set more probable."""
+    path, followed = (*path[:-1], *_climbed(path[-1], catalogue, told, unknown=False)), [path[-1].keys]
+    while path[-1].keys not in followed:
+        followed.append(path[-1].keys)
+        path = (*path[:-1], *_climbed(_relinearised(path[-1], catalogue), catalogue, told, unknown=False))
+    return path if path[-1].keys == followed[-1] else (*path[:-1], _relinearised(path[-1], catalogue))  # it went back
+
+
+def _with_unknown(at: At, catalogue: Catalogue) -> At:
+    """Where a search stands, the empirical families on trial, too."""
+    return looked_at(at.campaign, at.fit, catalogue, unknown=True)
+
+
+def _beside_own_errors(at: At, catalogue: Catalogue) -> At | None:
+    """Where a search has ended, without what is unknown, beside errors that sequences have of their own; ``None``: they have none."""
     try:
-        campaign, fit = held_anew(*relinearised(*held_anew(at.campaign, at.fit)))
+        campaign, fit = relinearised(at.campaign, at.fit, ended=True)
+        if fit is at.fit:
+            return None
+        families = {at.trial.evidence.of.keys[e] for e in at.trial.families}
+        evidence = evidence_about(campaign, fit, {})
+        kept = tuple(e for e, key in enumerate(evidence.of.keys) if key not in families)
+        return looked_at(*held_anew(*refitted(campaign, fit, evidence, kept)), catalogue)
+    except UNFLYABLE:
+        return None
+
+
+def _relinearised(at: At, catalogue: Catalogue, *, ended: bool = False) -> At:
+    """Where a search stands, about priors, surfaces and noise that follow its model; as it is where those do not, or flights run away.
+
+    Where it has ``ended`` there: about errors that sequences have of their own.
+    """
+    try:
+        campaign, fit = held_anew(*relinearised(*held_anew(at.campaign, at.fit), ended=ended))
         return at if fit is at.fit else looked_at(campaign, fit, catalogue)
     except UNFLYABLE:
         return at

@@ -136,13 +136,18 @@ class SequenceEquations:
         """Gradient (21 + q,)."""
         return self.frames.g
 
-    @property
-    def half_log_det_of_flight(self) -> float:
+    def half_log_det_of_flight(self, held: NDArray[np.int64]) -> float:
         """Of what it says of its flight, for noise as stated: what the integral over flights leaves, in which fits differ.
 
-        Where there is lift, positions say more of a spin that was read once, and less of what acts beside it.
+        Beside it that of parameters ``held`` (k,) of the model, which are the sequence's own, priors included. Where there is lift,
+        positions say more of a spin that was read once, and less of what acts beside it.
         """
-        return half_log_det(self.errors.noise**2 * self.H[:N_PARAMETERS, :N_PARAMETERS])
+        flight = self.H[:N_PARAMETERS, :N_PARAMETERS]
+        found = half_log_det(self.errors.noise**2 * flight)
+        if not len(held):
+            return found
+        both = np.concatenate([np.arange(N_PARAMETERS), N_PARAMETERS + held])
+        return found + half_log_det(self.H[np.ix_(both, both)]) - half_log_det(flight)
 
 
 def sequence_equations(campaign: Campaign, number: int, state: CampaignState, model: Model) -> SequenceEquations:
@@ -192,6 +197,12 @@ def shared_prior(campaign: Campaign, layout: Arrangement, model: Model, state: C
     return NormalEquations(np.diag(precision) + A.T @ A, precision * values + A.T @ off, cost)
 
 
+def own_cost(campaign: Campaign, model: Model, state: CampaignState) -> float:
+    """What priors cost (nats) of effects of which there is a value for every sequence or recording."""
+    shares = [_own_shares(campaign, i, model) for i in range(len(state.theta))]
+    return sum(float((model.prior_cost(each) * share)[share > 0.0].sum()) for each, share in zip(state.theta, shares, strict=True))
+
+
 @dataclass(frozen=True)
 class CampaignFit:
     """A fitted campaign: its state, the equations there, the layout, whether it settled, and its cost."""
@@ -229,13 +240,8 @@ class _Problem:
             if data > most:
                 return None
         known = shared_prior(self.campaign, self.layout, self.model, state)
-        cost = float(data + known.cost + self._own_cost(state))
+        cost = float(data + known.cost + own_cost(self.campaign, self.model, state))
         return partial(self._linearised, state, residuals, known, cost) if cost <= most else None
-
-    def _own_cost(self, state: CampaignState) -> float:
-        """What priors cost of effects of which there is a value for every sequence or recording."""
-        shares = [_own_shares(self.campaign, i, self.model) for i in range(len(state.theta))]
-        return sum(float((self.model.prior_cost(each) * share)[share > 0.0].sum()) for each, share in zip(state.theta, shares, strict=True))
 
     def _linearised(self, state: CampaignState, residuals: Sequence[Any], known: NormalEquations, cost: float) -> System[SequenceEquations]:
         told = tuple(_equations(self.campaign, i, each, state, self.model) for i, each in enumerate(residuals))

@@ -71,6 +71,9 @@ class MeasurementKind(Protocol):
     def relinearised(self, campaign: "Campaign", fit: "CampaignFit") -> "tuple[Campaign, CampaignState]":
         """The campaign with what its sequences share and no parameter says made at a fit whose model lacks nothing; itself if nothing."""
 
+    def ended(self, campaign: "Campaign", fit: "CampaignFit") -> "tuple[Campaign, CampaignState]":
+        """The campaign with what its sequences have of errors of their own beside all that a search has found; itself if nothing."""
+
     def noise_scales(self, campaign: "Campaign", equations: Sequence["SequenceEquations"]) -> Array | None:
         """Noise of every sequence (s,) over what its model says, most probable given its residuals; ``None``: one for all, by scores."""
 

@@ -32,13 +32,15 @@ def weighed_again(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, Campa
     return campaign, fit
 
 
-def relinearised(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
+def relinearised(campaign: Campaign, fit: CampaignFit, *, ended: bool = False) -> tuple[Campaign, CampaignFit]:
     """The campaign with what its sequences share and no parameter says made anew at a fit, and the fit to that.
+
+    Where a search has ``ended`` at that fit: with what sequences have of errors of their own beside it.
 
     Both as they are if that is nothing, or where flights run away.
     """
     try:
-        made, state = campaign.kind.relinearised(campaign, fit)
+        made, state = campaign.kind.ended(campaign, fit) if ended else campaign.kind.relinearised(campaign, fit)
         if made is campaign:
             return campaign, fit
         return weighed_again(*following(made, fit_campaign(made, state, _about(made, campaign, fit.model))))
@@ -48,8 +50,7 @@ def relinearised(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, Campai
 
 def _about(made: Campaign, campaign: Campaign, model: Model) -> Model:
     """The ``model`` of a campaign for one that was ``made`` of it, of whose flights something else may be known."""
-    before, now = campaign.kind.base, made.kind.base
-    return model if before.keys == now.keys else Model((*now.effects, *model.effects[len(before.effects) :]))
+    return Model((*made.kind.base.effects, *model.effects[len(campaign.kind.base.effects) :]))
 
 
 def _with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:

@@ -109,6 +109,10 @@ class Silhouettes:
         """Nothing is shared but parameters."""
         return campaign, fit.state
 
+    def ended(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
+        """Outlines show their noise by themselves."""
+        return campaign, fit.state
+
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Noise is read off every outline; what it is off by, scores of all candidates show."""
         del campaign, equations

@@ -14,10 +14,11 @@ from datasets.errors import InputError
 from datasets.estimate import FrameReport
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
+from estimator.effects.instrument.slow_errors import SlowErrors
 from estimator.effects.instrument.unread_lift import UnreadLift
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, fit_campaign
 from estimator.likelihood.noise_freedom import as_students
 from estimator.likelihood.rows import Rows, robust_cost, shifts_in_time, weighed
 from estimator.likelihood.time_shifts import TimeShifts
@@ -25,7 +26,7 @@ from estimator.measurements.own_noise import OwnNoise
 from estimator.measurements.trajectories.applying import OFTEN_WRONG, why_not, with_plausible_values
 from estimator.measurements.trajectories.imagined import Tracks
 from estimator.measurements.trajectories.misread_spins import SetAside, misread_spins
-from estimator.measurements.trajectories.noise import with_noise
+from estimator.measurements.trajectories.noise import slow_errors, with_noise
 from estimator.measurements.trajectories.noise_floor import trajectory_floor
 from estimator.measurements.trajectories.residual_maps import trajectory_maps
 from estimator.measurements.trajectories.task import TrajectoryTask, trajectory_errors
@@ -44,11 +45,12 @@ class Trajectories(OwnNoise):
 
     read_once: bool = False
     unread: UnreadLift | None = None
+    slow: SlowErrors | None = None
 
     @property
     def base(self) -> Model:
         """Free flight, beside lifts of which nothing is known."""
-        return Model(() if self.unread is None else (self.unread,))
+        return Model(tuple(each for each in (self.unread, self.slow) if each is not None))
 
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> Rows:
         """Residuals, whose derivatives cost little more."""
@@ -93,6 +95,25 @@ class Trajectories(OwnNoise):
         except InputError:  # made data, of which nothing is left
             return campaign, fit.state
 
+    def ended(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
+        """With slow errors of the tracker, and the noise that is left beside them, where residuals show those beside all that was found.
+
+        Where they are in the fit, with their size anew.
+        """
+        made = campaign
+        if self.slow is None:
+            try:
+                made = with_noise(campaign, fit)
+            except InputError:  # made data, of which nothing is left
+                return campaign, fit.state
+            fit = fit_campaign(made, fit.state, fit.model)
+        slow = slow_errors(made, fit, self.slow)
+        if slow is None:
+            return campaign, fit.state
+        first = self.base.size - (0 if self.slow is None else len(self.slow.held))
+        theta = tuple(np.concatenate([each[:first], np.zeros(len(slow.held)), each[self.base.size :]]) for each in fit.state.theta)
+        return replace(made, kind=replace(self, slow=slow)), CampaignState(fit.state.flights, theta)
+
     def _without(self, campaign: Campaign, fit: CampaignFit, aside: SetAside) -> tuple[Campaign, CampaignState]:
         """The campaign without readings that are set ``aside``, and its state: parameters of its base, then those of the effects."""
         kind = replace(self, unread=self.unread or UnreadLift(aside.size))
@@ -102,7 +123,7 @@ class Trajectories(OwnNoise):
         for number, lift in aside.lifts.items():
             tasks[number] = tasks[number].with_misread_spin()
             flights[number] = replace(flights[number], omega=np.zeros(3))
-            theta[number][: kind.base.size] = lift
+            theta[number][: len(lift)] = lift
         return replace(campaign, kind=kind, sequences=tuple(tasks)), CampaignState(tuple(flights), tuple(theta))
 
     def misses(self, sequence: TrajectoryTask, mean_square: float) -> float:

@@ -16,10 +16,12 @@ from datasets.errors import InputError
 from estimator.diagnosis.selection.evidence import BEYOND
 from estimator.diagnosis.selection.groups import FACTOR
 from estimator.effects.catalogue.clock.dropped_frames import DroppedFrames
+from estimator.effects.instrument.slow_errors import CURVES, SlowErrors, curves
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, sequence_equations
+from estimator.fitting.stable_inverse import stable_inverse
 from estimator.likelihood.alike_noise import (
     AxisRows,
     ChannelNoise,
@@ -32,8 +34,11 @@ from estimator.likelihood.alike_noise import (
     surprise,
 )
 from estimator.likelihood.noise_freedom import noise_freedom
+from estimator.likelihood.rows import weighed
+from estimator.likelihood.slow_errors import Told, size_of
 from estimator.likelihood.spoiled_rows import Path, kept_rows
 from estimator.measurements.trajectories.task import TrajectoryTask
+from estimator.motion.flight import LAYOUT
 
 Array = NDArray[np.float64]
 TOLD = {"x": "positions along", "theta": "turns about", "omega": "spins about", "gyro": "readings of"}
@@ -116,6 +121,44 @@ def with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:
             if noise is not None:
                 tasks[i] = _replaced(tasks[i], k, None if each.known else noise.sigma, (noise.repeats_in(len(rows)), float(freedom[i])))
     return replace(campaign, sequences=tuple(tasks))
+
+
+def slow_errors(campaign: Campaign, fit: CampaignFit, before: SlowErrors | None) -> SlowErrors | None:
+    """Slow errors that positions have beside a fit; ``None``: they are not far more probable than none, or some positions' noise is stated.
+
+    ``before``: those that the fit has, which are taken off it.
+    """
+    those = [i for i, task in enumerate(campaign.sequences) if task.seen("x").any()]
+    if not those or any("x" in campaign.sequences[i].stated for i in those):
+        return None
+    slowest = max(float(np.abs(curves(campaign.sequences[i].times_s)).max()) for i in those)
+    told = [_told_of_curves(campaign, fit, i, before) for i in those]
+    sizes, gain = np.zeros(3), 0.0
+    for axis in range(3):
+        sigma = [s[np.isfinite(s)][0] for i in those if np.isfinite(s := campaign.sequences[i].sigma[:, axis]).any()]
+        if sigma:
+            sizes[axis], more = size_of([each[axis] for each in told], float(np.median(sigma)) / slowest)
+            gain += more
+    return SlowErrors(sizes) if gain > np.log(FACTOR) else None
+
+
+def _told_of_curves(campaign: Campaign, fit: CampaignFit, number: int, before: SlowErrors | None) -> list[Told]:
+    """What a sequence says of the amplitudes of curves along each axis, beside all else that it has for itself."""
+    task, at, errors = campaign.sequences[number], fit.equations[number], fit.equations[number].errors
+    p, inner = errors.J.shape[2], slice(0, 0) if before is None else fit.model.slices[fit.model.effects.index(before)]
+    known = LAYOUT.size + np.arange(inner.start, inner.stop)
+    local = np.setdiff1d(fit.layout.local, known)
+    made = np.zeros((*errors.e.shape, 3 * CURVES))
+    for axis in range(3):
+        weight = np.where(errors.seen[:, axis], 1.0 / task.sigma[:, axis], 0.0)
+        made[:, axis, axis * CURVES : (axis + 1) * CURVES] = weight[:, None] * curves(task.times_s)
+    frames = weighed(replace(errors, J=np.concatenate([errors.J, made], axis=2)), task.repeats)
+    back = frames.H[p:, local] @ stable_inverse(at.H[np.ix_(local, local)])
+    information = frames.H[p:, p:] - back @ frames.H[local, p:]
+    taken = fit.state.theta[number][inner]
+    pull = back @ (at.g[local] - at.H[np.ix_(local, known)] @ taken) - (frames.g[p:] - frames.H[p:, known] @ taken)
+    rows = np.arange(3 * CURVES).reshape(3, CURVES)
+    return [Told.of(information[np.ix_(r, r)], pull[r], float(np.diag(frames.H)[p:][r].max())) for r in rows]
 
 
 def _of_one_channel(axes: list[_Axis]) -> list[ChannelNoise | None]:
