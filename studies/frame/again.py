@@ -59,9 +59,13 @@ def _rows_of(case: Case, rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _alike(now: pd.DataFrame, before: pd.DataFrame, every: pd.DataFrame) -> bool:
-    """Whether two tables hold the same; ``every``: all rows, by whose sizes small numbers are judged."""
-    if now.shape != before.shape or set(now.columns) != set(before.columns):
+    """Whether two tables hold the same; ``every``: all rows, by whose sizes small numbers are judged.
+
+    A column of which no case that was drawn has anything is not in the table of these.
+    """
+    if len(now) != len(before) or set(now.columns) - set(before.columns):
         return False
+    now = now.reindex(columns=before.columns)
     for name, column in before.items():
         if pd.api.types.is_float_dtype(every[name]):
             size = float(np.nanmedian(np.abs(every[name]))) if every[name].notna().any() else 0.0
