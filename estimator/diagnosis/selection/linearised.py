@@ -130,9 +130,8 @@ def _log_volume(fit: CampaignFit, equations: Sequence[SequenceEquations]) -> flo
     a factor change all flights' by it, which says nothing for them. What the base model ``fit`` has of every sequence's own is part of it,
     in units of its prior.
     """
-    held = np.flatnonzero(
-        fit.model.each_parameter(np.array([e.entry.scope is Scope.SEQUENCE for e in fit.model.effects], dtype=np.float64))
-    )
+    of_sequences = np.array([effect.entry.scope is Scope.SEQUENCE for effect in fit.model.effects], dtype=np.float64)
+    held = np.flatnonzero(fit.model.each_parameter(of_sequences))
     volume = sum(each.half_log_det_of_flight(held) for each in equations)
     volume -= 0.5 * len(equations) * float(np.sum(np.log(fit.model.precision[held])))
     for part in (X, V, OMEGA):

@@ -148,10 +148,9 @@ def _told_of_curves(campaign: Campaign, fit: CampaignFit, number: int, before: S
     p, inner = errors.J.shape[2], slice(0, 0) if before is None else fit.model.slices[fit.model.effects.index(before)]
     known = LAYOUT.size + np.arange(inner.start, inner.stop)
     local = np.setdiff1d(fit.layout.local, known)
-    made = np.zeros((*errors.e.shape, 3 * CURVES))
-    for axis in range(3):
-        weight = np.where(errors.seen[:, axis], 1.0 / task.sigma[:, axis], 0.0)
-        made[:, axis, axis * CURVES : (axis + 1) * CURVES] = weight[:, None] * curves(task.times_s)
+    made, positions = np.zeros((*errors.e.shape, 3 * CURVES)), task.columns("x")
+    weight = np.where(errors.seen, 1.0 / task.sigma, 0.0)[:, positions, None]
+    made[:, positions] = weight * SlowErrors(np.ones(3)).tracked_by(np.zeros(3 * CURVES), task.x_world, task.setting)
     frames = weighed(replace(errors, J=np.concatenate([errors.J, made], axis=2)), task.repeats)
     back = frames.H[p:, local] @ stable_inverse(at.H[np.ix_(local, local)])
     information = frames.H[p:, p:] - back @ frames.H[local, p:]
