@@ -73,8 +73,7 @@ class LawFit:
 class EmpiricalFit:
     """The model with empirical terms.
 
-    ``terms`` the families in it, its fit and covariance, what they remove, and a law where the terms are forces or torques and one was
-    found.
+    ``terms`` the families in it, its fit and covariance, what they remove, and a law where they are forces or torques and one was found.
     """
 
     terms: tuple[EffectModel, ...]

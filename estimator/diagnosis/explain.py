@@ -126,14 +126,13 @@ def explain(
     path = path_from(begun, catalogue, told)
     best = path[-1]
     last = _without_families(path, catalogue)
-    told_apart = set(best.members) & best.trial.families
-    held = [*path, last]
-    rungs = _rungs(held, best, told, with_families=not told_apart)
+    unknown = [e for e in best.members if e in best.trial.families]
+    rungs = _rungs([*path, last], best, told, with_families=not unknown)
     error = rungs[-1].after if rungs else held_out(last.campaign, last.fit.state, last.fit.model)
     diagnosis = _as_probable_as_in(best, diagnosis_at(last, ended=True))
-    unknown = [e for e in best.members if e in best.trial.families]
     known = next(at for at in reversed(path) if not set(at.members) & at.trial.families)  # all that the catalogue can do, by its own fit
-    sure = max((sureness(best.trial, best.members, e, most=best.value - known.value) for e in unknown), default=1.0)
+    beside = [at for at in path if at.campaign.kind.base.keys == known.campaign.kind.base.keys]  # the same noise
+    sure = max((sureness(best.trial, best.members, e, most=beside[-1].value - known.value) for e in unknown), default=1.0)
     left = diagnosis.unknown and replace(diagnosis.unknown, present=bool(unknown), sure=sure)
     return Explanation(begun, last, path, rungs, campaign_covariance(last.campaign, last.fit), diagnosis, left, error)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lapack
 
 from estimator.motion.rigid_body import RanAway
 
@@ -13,6 +14,9 @@ LEAST_SEEN = 1e-13
 """The same of what was not eliminated, for covariances."""
 LEAST_CURVATURE = 1e-12
 """A normal matrix, scaled to a diagonal of ones, whose least eigenvalue is below has an inverse of rounding: variances may be negative."""
+WELL_SEEN = 1e-10
+"""Reciprocal condition number from which on all directions are seen, so that an inverse by Cholesky's factor is the same to six
+digits. Effort alone: of thousands of parameters it takes a tenth of the time that eigenvectors do."""
 
 
 NOTHING_SEEN = "nothing is seen of a parameter where the fit has come to"
@@ -41,6 +45,23 @@ def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
     kept = value > tolerance * np.maximum(value[..., -1:], 1e-300)
     inverse = np.where(kept, 1.0 / np.where(kept, value, 1.0), 0.0)
     return np.asarray((vector * inverse[..., None, :]) @ np.swapaxes(vector, -1, -2) * scale[..., :, None] * scale[..., None, :])
+
+
+def inverse_of_all(H: Array) -> Array:
+    """As :func:`stable_inverse` of what was not eliminated, sooner where every direction is well seen; ``H`` (p, p)."""
+    seen = np.diag(H) > 0.0
+    if not np.isfinite(H).all() or not seen.any():
+        return stable_inverse(H, LEAST_SEEN)
+    scale = 1.0 / np.sqrt(np.diag(H)[seen])
+    scaled = H[np.ix_(seen, seen)] * scale[:, None] * scale
+    norm = float(np.abs(scaled).sum(axis=0).max())
+    factor, failed = lapack.dpotrf(scaled, lower=True, overwrite_a=True)
+    if failed or lapack.dpocon(factor, norm, uplo="L")[0] < WELL_SEEN:
+        return stable_inverse(H, LEAST_SEEN)
+    below, _ = lapack.dpotri(factor, lower=True, overwrite_c=True)
+    inverse = np.zeros_like(H)
+    inverse[np.ix_(seen, seen)] = (np.tril(below) + np.tril(below, -1).T) * scale[:, None] * scale
+    return inverse
 
 
 def half_log_det(H: Array) -> float:

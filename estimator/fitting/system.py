@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.fitting.stable_inverse import LEAST_SEEN, stable_inverse
+from estimator.fitting.stable_inverse import LEAST_SEEN, inverse_of_all, stable_inverse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -131,7 +131,7 @@ class System(Generic[T_co]):
 
     def sandwich(self, noise: Array) -> Array:
         """Covariance (p, p) where the gradient's is ``noise`` (p, p)."""
-        inverse = stable_inverse(self.H, LEAST_SEEN)
+        inverse = inverse_of_all(self.H)
         covariance = inverse @ noise @ inverse
         return np.asarray(0.5 * (covariance + covariance.T))
 

@@ -89,13 +89,15 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
 
     What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again: about surfaces and
     noise of that very set, since those of another one miss by what an unknown would be told for. Where sequences have errors of their own
-    beside all that, it is looked for again beside those.
+    beside all that, it is looked for again beside those; from there, where it is alike in all of them, as no such errors are.
     """
     path = _known_alone((at,), catalogue, told)
-    path = (*path[:-1], *_climbed(_with_unknown(path[-1], catalogue), catalogue, told, unknown=True))
+    path = (*path[:-1], *_climbed(_with_unknown(path[-1], catalogue), catalogue, told, unknown=True, names=False))
     beside = _beside_own_errors(path[-1], catalogue)
     if beside is None:
-        return path
+        return (*path[:-1], *_climbed(path[-1], catalogue, told, unknown=True))
+    if set(beside.members) & beside.trial.families:
+        return (*path, *_climbed(beside, catalogue, told, unknown=True))
     known = [each for each in path if not set(each.members) & each.trial.families]
     path = _known_alone((*known[:-1], beside), catalogue, told)
     last = _with_unknown(path[-1], catalogue)
@@ -120,15 +122,16 @@ def _with_unknown(at: At, catalogue: Catalogue) -> At:
 
 
 def _beside_own_errors(at: At, catalogue: Catalogue) -> At | None:
-    """Where a search has ended, without what is unknown, beside errors that sequences have of their own; ``None``: they have none."""
+    """Where a search has ended, less unknown values of every sequence, beside errors that those have of their own; ``None``: none."""
+    families = {at.trial.evidence.of.keys[e] for e in at.trial.families}
     try:
         campaign, fit = relinearised(at.campaign, at.fit, ended=True)
         if fit is at.fit:
             return None
-        families = {at.trial.evidence.of.keys[e] for e in at.trial.families}
         evidence = evidence_about(campaign, fit, {})
-        kept = tuple(e for e, key in enumerate(evidence.of.keys) if key not in families)
-        return looked_at(*held_anew(*refitted(campaign, fit, evidence, kept)), catalogue)
+        kept = tuple(e for e, key in enumerate(evidence.of.keys) if key not in families or not evidence.of.effects[e].entry.scope.own)
+        alike = any(evidence.of.keys[e] in families for e in kept)
+        return looked_at(*held_anew(*refitted(campaign, fit, evidence, kept)), catalogue, unknown=alike)
     except UNFLYABLE:
         return None
 
@@ -145,12 +148,12 @@ def _relinearised(at: At, catalogue: Catalogue, *, ended: bool = False) -> At:
         return at
 
 
-def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:
-    """The path as far as it goes, with the probabilities at its end that refits confirm."""
+def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool, names: bool = True) -> tuple[At, ...]:
+    """The path as far as it goes, with the probabilities at its end that refits confirm; other ``names`` of effects last."""
     path, tried, astray = [at], {frozenset(at.named(at.members))}, 0
     while len(path) <= MOST_STEPS and len(tried) <= MOST_STEPS * ASTRAY:
         wanted = _wanted(path, tried) if astray < ASTRAY else None
-        is_name = wanted is None and unknown
+        is_name = wanted is None and unknown and names
         wanted = _next_name(path[-1], tried) if is_name else wanted
         if wanted is None:
             break

@@ -24,7 +24,7 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of, sequence_equations, shared_prior
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.facts import Fact
-from estimator.fitting.stable_inverse import LEAST_SEEN, stable_inverse
+from estimator.fitting.stable_inverse import inverse_of_all, stable_inverse
 from estimator.fitting.system import System
 
 Array = NDArray[np.float64]
@@ -112,7 +112,7 @@ def uncertain(
 
 def doubts_of(campaign: Campaign, fit: CampaignFit, doubtful: Mapping[str, float]) -> tuple[Doubt, ...]:
     """What would be without each of the ``doubtful`` effects of a fit, which are there with the probabilities stated."""
-    inverse, places = stable_inverse(fit.system(campaign).H, LEAST_SEEN) if doubtful else np.zeros((0, 0)), fit.layout.places
+    inverse, places = inverse_of_all(fit.system(campaign).H) if doubtful else np.zeros((0, 0)), fit.layout.places
     found = []
     for key, probability in doubtful.items():
         part = fit.model.layout[key]
@@ -177,7 +177,7 @@ def considered(
             part = rows[model.layout[each.effect.entry.key]]
             P[np.ix_(part, part)] = each.covariance
     P = P[np.ix_(p, p)]
-    A = stable_inverse(H[np.ix_(x, x)], LEAST_SEEN) @ H[np.ix_(x, p)]
+    A = inverse_of_all(H[np.ix_(x, x)]) @ H[np.ix_(x, p)]
     C[np.ix_(there, there)] = covariance.covariance
     C[np.ix_(x, x)] += A @ P @ A.T
     C[np.ix_(x, p)], C[np.ix_(p, x)], C[np.ix_(p, p)] = -A @ P, -P @ A.T, P

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import hilbert
 
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.fitting.stable_inverse import NothingSeen, determined, scaled_inverse, stable_inverse
+from estimator.fitting.stable_inverse import LEAST_SEEN, NothingSeen, determined, inverse_of_all, scaled_inverse, stable_inverse
 from estimator.fitting.system import Arrangement, System
 
 
@@ -40,3 +40,15 @@ def test_steps_and_covariances_leave_out_the_same() -> None:
     assert determined(H) is H
     np.testing.assert_allclose(system.solved().shared, scaled_inverse(H))
     np.testing.assert_allclose(system.sandwich(H), scaled_inverse(H), rtol=1e-4)
+
+
+@pytest.mark.parametrize("seen", [1.0, 1e-4, 1e-12])
+def test_the_inverse_of_all_is_the_stable_one_however_little_is_seen(seen: float) -> None:
+    rng = np.random.default_rng(5)
+    J = rng.normal(size=(80, 12)) * np.geomspace(1e-3, 1e5, 12)
+    J[:, 4] = 0.0
+    J[:, 7] = J[:, 8] * 1e-2 + np.sqrt(seen) * J[:, 7]
+    H = J.T @ J
+    scale = np.sqrt(np.maximum(np.diag(H), 1.0))
+    expected = stable_inverse(H, LEAST_SEEN) * np.outer(scale, scale)
+    np.testing.assert_allclose(inverse_of_all(H) * np.outer(scale, scale), expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())

@@ -11,8 +11,10 @@ from scipy.signal import detrend
 from datasets.trajectory import Trajectory
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.effects.choosing import catalogue
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.measurements.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import RATE_HZ, Hidden, Tracker, measured
+from tumble.diagnosis_documents import campaign_content
 from tumble.scattering import scattered
 
 Array = np.ndarray
@@ -105,3 +107,12 @@ def test_they_are_told_with_the_flights_in_which_they_are_largest() -> None:
     _, off = flights(3)
     sizes = [float(np.linalg.norm(detrend(each, axis=0))) for each in off]
     assert f"ball_{int(np.argmax(sizes))}" in sentence
+
+
+def test_a_campaign_s_document_has_all_but_their_amplitudes() -> None:
+    """Which are eighteen numbers of every flight: 80 of 94 MB of sixty tosses."""
+    found = beside_slow_errors(3)
+    content = campaign_content(found.campaign, found.fit, campaign_covariance(found.campaign, found.fit), ())
+    assert content["parameters"] == ["quadratic_drag.per_length"]
+    assert {len(each["rows"]) for each in content["sequences"]} == {22}
+    assert max(row for each in content["sequences"] for row in each["rows"]) == len(content["covariance"]) - 1

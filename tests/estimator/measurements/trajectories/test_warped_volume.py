@@ -24,6 +24,8 @@ TRIED = ("linear_drag", "quadratic_drag", "position_distortion", "length_scale",
 TRACKER = Tracker(rows=16, sigma_x=2.5e-5, orientation=False)
 TOSSES, SPEED, FROM = 30, 1.15, 0.28
 STRETCH, TWIST, DRAG = 0.002, -0.005, 0.2
+WANDER = 0.02
+"""Size of an integrated Wiener process, m/s^1.5: 0.4 mm in a tenth of a second."""
 
 
 def velocity(v: Array, drag: float, time_s: float) -> Array:
@@ -127,6 +129,20 @@ def test_drag_is_called_drag_and_its_interval_holds_it(twist: float) -> None:
 def test_what_the_set_has_is_not_possible_beside_it() -> None:
     found = explained(TWIST, 0.0)
     assert not {each.effect.entry.key for each in possible_names(found.path[-1], found.groups)} & set(found.path[-1].keys)
+
+
+def test_the_warp_stays_unknown_beside_what_the_tracker_wanders_by_in_every_toss() -> None:
+    """The search goes on from where it had ended, with the warp; by how much it is worth is said of one noise."""
+    rng, drag = np.random.default_rng(7), DRAG
+    step, shape = 0.1 / RATE_HZ, (10 * TRACKER.rows, 3)
+    off = [WANDER * step**1.5 * np.cumsum(np.cumsum(rng.normal(size=shape), axis=0), axis=0)[::10] for _ in tosses(drag)]
+    made = warped([trajectory for trajectory, _ in tosses(drag)], STRETCH, TWIST)
+    registered = register_trajectories([replace(t, x_world=t.x_world + more) for t, more in zip(made, off, strict=True)])
+    found = explain(registered.campaign, registered.start, {key: catalogue()[key] for key in TRIED})
+    assert [at.campaign.kind.slow is not None for at in found.path[-2:]] == [False, True]
+    assert all("volume_warp" in at.keys for at in found.path[-2:])
+    assert found.left is not None
+    assert found.left.sure > 0.99
 
 
 def test_where_nothing_is_nothing_is_found() -> None:
