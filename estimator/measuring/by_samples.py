@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from datasets.estimate import Estimate
+from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.configuration import ALWAYS, Configuration
@@ -20,9 +20,13 @@ from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 from estimator.search.rival_flights import few_views
 from estimator.surface.calibration import calibration_share_of
 from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
-from estimator.surface.told import is_noisy, noisy_sentence, surface_sentence, surface_statistics
+from estimator.surface.told import LEFT, is_noisy, noisy_sentence, surface_sentence, surface_statistics
 
 OF_TANGENTS = "the estimate is that of tangents."
+NO_SURFACE = (
+    "the calibrated views disagree, and no surface meets them, however each is moved, beside the frames of this flight: its poses may be "
+    "wrong ones that meet the tangents by chance; more views, or a better calibration, would decide."
+)
 
 
 def left_out(configuration: Configuration) -> str | None:
@@ -56,7 +60,7 @@ def on_all_samples(
     try:
         joint = joint_fit(particle, task.sightings, led.flight, beside_the_surface(task.prior, facts), huber=huber, seed=seed)
     except RanAway:
-        return None, f"The fit to all outline samples ran away; {OF_TANGENTS}"
+        return None, f"{LEFT}; {OF_TANGENTS}"
     missed = surface_sentence(joint) if joint.settled else "The fit to all outline samples did not settle"
     if not missed and is_noisy(joint) and _shows_slow_errors(led, facts):
         missed = "The fit to all outline samples takes for noise what tangents do not fit"
@@ -72,6 +76,13 @@ def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
     """The motion of the joint fit in place of the refined one; its tangency errors are those there."""
     at = linearise(refined.at.task, joint.motion, refined.at.settings)
     return replace(refined, flight=joint.motion, covariance=joint.covariance, bound=joint.bound, settled=joint.settled, at=at)
+
+
+def unless_left(judged: tuple[Status, str], particle: Particle, remark: str) -> tuple[Status, str]:
+    """What was ``judged``, unless no surface meets views that disagree, however they are moved: that a wrong pose would explain, too."""
+    if judged[0] is Status.CONVERGED and particle.disagreement.calibration_px > 0.0 and remark.startswith(LEFT):
+        return Status.AMBIGUOUS, NO_SURFACE
+    return judged
 
 
 def share_of(refined: Refined[M], joint: JointFit[M] | None, task: FitTask, stated: Observation) -> CalibrationShare | None:

@@ -16,7 +16,7 @@ from estimator.fitting.adequacy import misfit, widened
 from estimator.fitting.refinement import Refined
 from estimator.fitting.tasks import biased_task, fit_task, refined_flight
 from estimator.impacts.chains import Seen
-from estimator.measuring.by_samples import left_out, on_all_samples, share_of, with_joint, with_surface
+from estimator.measuring.by_samples import left_out, on_all_samples, share_of, unless_left, with_joint, with_surface
 from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.sightings import pictures_of, tracks_of, usable_sightings
@@ -94,7 +94,7 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
         refined = refined_flight(task, flight, configuration)
     else:
         refined = with_joint(refined, joint)
-    status, message = judge(without_the_same(searched, ranked, refined, configuration), refined)
+    status, message = unless_left(judge(without_the_same(searched, ranked, refined, configuration), refined), particle, remark)
     tested = slow_misfit(joint) if joint is not None else misfit(refined) if known else None
     outcome = (status, message, tested)
     refined = widened(refined, tested)

@@ -108,7 +108,7 @@ class Known:
         return len(self.pull)
 
     def beside(self, views: ShiftedViews, sd_px: float) -> "Known":
-        """With the shifts of views after all others, which have a standard deviation ``sd_px``."""
+        """With the moves of views after all others, which have a standard deviation ``sd_px``."""
         own = views.unknown / sd_px**2
         information = block_diag(self.information, np.eye(len(own)) / sd_px**2)
         return replace(self, information=information, pull=np.concatenate([self.pull, own]))
@@ -120,7 +120,7 @@ class Joined(Generic[R]):
 
     ``settled``: whether the steps became small. ``noise_px``: effective noise that samples of views and of every recording were found to
     have, ``outline_noise_px`` what their outlines show by themselves; ``last``: the equations that it ended with. ``views`` with their
-    shifts, whose standard deviation is ``shift_sd_px``.
+    moves, whose standard deviation is ``shift_sd_px``.
     """
 
     recorded: tuple[R, ...]
@@ -162,11 +162,11 @@ def joined(
     ``known`` says what is known where the recordings are. ``huber``: standard deviations beyond which a sample's influence stays constant;
     ``seed`` of the random signs; ``first``: the round of :func:`estimator.surface.shape.scale_in` to begin with, 0 for a hull, and ``end``:
     the one before which to end;
-    ``shifted``: from which on views are free to be shifted in their pictures, by as much as they show; ``views_px``: by how much their
+    ``shifted``: from which on views are free to be moved, by as much as they show; ``views_px``: by how much their
     outlines are drawn too large.
     """
     recorded, surface, rng, size = list(recorded), shape.surface, np.random.default_rng(seed), known(recorded).size
-    views = ShiftedViews(particle.outlines, particle.calibrated, np.zeros((len(particle.calibrated), 2)), offset_px=views_px)
+    views = views_of(particle, views_px)
     sd_px = own_noise_px(particle.seen)
     own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
     noise = tuple(Noise.white(px) for px in (shape.noise_px, *own[1:]))
@@ -183,7 +183,7 @@ def joined(
         noise, last = fitted.noise(step, rng) if number >= ALIGNED else noise, sizes
         surface, views = surface.moved(fitted.corners(gain * step)), views.moved(gain * step[size:])
         if views.free:
-            sd_px = _scale_of(views.shift_px, np.diag(covariance)[size:], sd_px)
+            sd_px = _scale_of(views.moved_px, np.diag(covariance)[size:], sd_px)
         recorded = [each.moved(gain * step[each.place]) for each in recorded]
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled and number >= SHARP:
@@ -192,9 +192,27 @@ def joined(
     return Joined(tuple(recorded), covariance[:size, :size], surface, noise_px, own, settled, ended, views, sd_px)
 
 
-def _scale_of(shift_px: Array, variance: Array, sd_px: float) -> float:
-    """Standard deviation of shifts (v, 2) at which the evidence is largest, from one at which their ``variance`` (2 v,) is known."""
-    square, told = np.sum(shift_px**2) / sd_px**2, np.sum(1.0 - variance / sd_px**2)
+def views_of(particle: Particle, offset_px: float) -> ShiftedViews:
+    """A particle's views where they are calibrated; turned, too, where they disagree by more than their outlines explain.
+
+    ``offset_px``: by how much their outlines are drawn too large.
+    """
+    unknown = 5 if particle.disagreement.calibration_px > 0.0 else 2
+    moved_px, radius_m = np.zeros((len(particle.calibrated), unknown)), 0.5 * particle.extent_m
+    return ShiftedViews(particle.outlines, particle.calibrated, moved_px, particle.body.com_particle, radius_m, offset_px=offset_px)
+
+
+def free_from(particle: Particle) -> int:
+    """The round from which on views are free to move: the first, where they disagree.
+
+    Samples that are off alike all along an outline count as few, and would leave the views where they are.
+    """
+    return 0 if particle.disagreement.calibration_px > 0.0 else ALIGNED
+
+
+def _scale_of(moved_px: Array, variance: Array, sd_px: float) -> float:
+    """Standard deviation of moves (v, k) at which the evidence is largest, from one at which their ``variance`` (k v,) is known."""
+    square, told = np.sum(moved_px**2) / sd_px**2, np.sum(1.0 - variance / sd_px**2)
     return sd_px * float(noise_scales(np.asarray(square), np.asarray(told)))
 
 
@@ -272,7 +290,7 @@ class JointFit(Generic[M_co]):
 
     ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
     themselves; ``scale``: how much further from what views and prior prefer the surface is than they say. ``sightings`` that were fitted;
-    ``last``: the equations that it ended with. ``views`` with their shifts, whose standard deviation is ``shift_sd_px``.
+    ``last``: the equations that it ended with. ``views`` with their moves, whose standard deviation is ``shift_sd_px``.
     """
 
     motion: M_co
@@ -306,7 +324,7 @@ def joint_fit(
     shape = Shape(star_surface(particle, seen_under(motion, sightings)), own_noise_px(particle.seen))
     begun = motion.with_first(replace(motion.first, offset_px=0.0))
     start = [RecordedMotion(sightings.take(rows), begun) for rows in by_camera(sightings)]
-    found = joined(particle, shape, start, about, huber=huber, seed=seed, first=0, shifted=ALIGNED)
+    found = joined(particle, shape, start, about, huber=huber, seed=seed, first=0, shifted=free_from(particle))
     last = found.last
     end = scaled_step(last.fitted, last.whole, last.known.information, last.known.pull)
     p = len(end.step)

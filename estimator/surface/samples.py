@@ -7,11 +7,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
+from scipy.spatial.transform import Rotation
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.surface.contact import Contact, Picture, contacts_of, turned
-from estimator.surface.star_surface import Surface
+from estimator.surface.star_surface import Surface, crossed
 
 Array = NDArray[np.float64]
 
@@ -40,43 +41,75 @@ def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Seque
 
 @dataclass(frozen=True)
 class ShiftedViews:
-    """A particle's views of ``outlines``, each seen ``shift_px`` (v, 2) further right and down than its ``calibrated`` pose has it.
+    """A particle's views of ``outlines``, each moved from where its ``calibrated`` pose has it.
 
-    ``free``: whether the shifts are among the unknowns; ``offset_px``: by how much all outlines are drawn too large.
+    ``moved_px`` (v, 2 or 5): seen that much further right and down and, where calibrations may be off by more, turned about the camera's
+    axes, as the rim of a particle of ``radius_m`` about ``centre`` (3,) m, particle frame, moves by it. ``free``: whether that is among the
+    unknowns; ``offset_px``: by how much all outlines are drawn too large.
     """
 
     outlines: Sequence[Outline]
     calibrated: Sequence[CalibratedView]
-    shift_px: Float[NDArray[np.float64], "v 2"]
+    moved_px: Float[NDArray[np.float64], "v k"]
+    centre: Float[NDArray[np.float64], " 3"]
+    radius_m: float
     free: bool = True
     offset_px: float = 0.0
 
     @property
     def unknown(self) -> Float[NDArray[np.float64], " k"]:
-        """The shifts that are among the unknowns, view by view."""
-        return self.shift_px.ravel() if self.free else np.zeros(0)
+        """By how much they are moved, view by view, where that is among the unknowns."""
+        return self.moved_px.ravel() if self.free else np.zeros(0)
+
+    @property
+    def shift_px(self) -> Float[NDArray[np.float64], "v 2"]:
+        """How much further right and down they are seen."""
+        return self.moved_px[:, :2]
+
+    @property
+    def _centres(self) -> Float[NDArray[np.float64], "v 3"]:
+        """Where each camera has the particle's, m."""
+        return np.array([v.R_cam_particle @ self.centre + v.t_cam_particle for v in self.calibrated])
+
+    @property
+    def _radius_px(self) -> Float[NDArray[np.float64], " v"]:
+        """What each camera sees of it."""
+        return np.array([v.intrinsics.fx_px for v in self.calibrated]) * self.radius_m / self._centres[:, 2]
 
     def samples(self, surface: Surface) -> Samples:
-        """Their samples, with derivatives by the shifts that are unknown."""
+        """Their samples, with derivatives by what is unknown."""
         back = [outline.points_px - by for outline, by in zip(self.outlines, self.shift_px, strict=True)]
-        samples, met = _of_views(surface, back, self.calibrated, self.offset_px)
+        samples, met, across = _of_views(surface, back, self._turned(), self.offset_px)
         if not self.free:
             return samples
-        view = np.repeat(np.arange(len(back)), np.diff(met.starts))
-        columns, starts = (2 * view[:, None] + np.arange(2)).ravel(), 2 * np.arange(len(view) + 1)
-        return replace(samples, by_motion=csr_array((-met.normal.ravel(), columns, starts), shape=(len(view), self.shift_px.size)))
+        k, count = self.moved_px.shape[1], np.diff(met.starts)
+        view = np.repeat(np.arange(len(back)), count)
+        by_turn = crossed(across, met.point - self._centres[view]) / self._radius_px[view, None]
+        values = np.column_stack([-met.normal, by_turn])[:, :k]
+        columns, starts = (k * view[:, None] + np.arange(k)).ravel(), k * np.arange(len(view) + 1)
+        return replace(samples, by_motion=csr_array((values.ravel(), columns, starts), shape=(len(view), self.moved_px.size)))
 
     def moved(self, step: Array) -> "ShiftedViews":
         """After a ``step`` (k,) of those that are unknown."""
-        return replace(self, shift_px=self.shift_px + step.reshape(-1, 2)) if self.free else self
+        return replace(self, moved_px=self.moved_px + step.reshape(self.moved_px.shape)) if self.free else self
+
+    def _turned(self) -> Sequence[CalibratedView]:
+        """The poses that they have."""
+        if not self.moved_px[:, 2:].any():
+            return self.calibrated
+        turns = Rotation.from_rotvec(self.moved_px[:, 2:] / self._radius_px[:, None]).as_matrix()
+        at = zip(self.calibrated, turns, self._centres, strict=True)
+        return [replace(v, R_cam_particle=(R := turn @ v.R_cam_particle), t_cam_particle=c - R @ self.centre) for v, turn, c in at]
 
 
-def _of_views(surface: Surface, outlines_px: Sequence[Array], views: Sequence[CalibratedView], offset_px: float) -> tuple[Samples, Contact]:
-    """Samples of outlines, each (s, 2) px, and what they meet."""
+def _of_views(
+    surface: Surface, outlines_px: Sequence[Array], views: Sequence[CalibratedView], offset_px: float
+) -> tuple[Samples, Contact, Array]:
+    """Samples of outlines, each (s, 2) px, what they meet, and by how much they move with its points (s, 3) px/m, camera coordinates."""
     pictures = [Picture(v.intrinsics, v.R_cam_particle, v.t_cam_particle, o) for o, v in zip(outlines_px, views, strict=True)]
     met = contacts_of(surface, pictures)
     across = turned(met.across(pictures, met.normal), met.starts, np.array([v.R_cam_particle for v in views]))
-    return samples_at(surface, met, across, np.zeros((len(across), 0)), offset_px), met
+    return samples_at(surface, met, across, np.zeros((len(across), 0)), offset_px), met, met.across(pictures, met.outward)
 
 
 def samples_at(surface: Surface, met: Contact, across: Array, by_motion: Array, offset_px: float) -> Samples:

@@ -11,6 +11,7 @@ from estimator.surface.joint import JointFit
 SWALLOWED = 1.5
 """Effective noise of pictures over the outlines' own from which a fit may have taken for noise what a motion lacks, by judgement: trial
 runs in which nothing was missing had 1.0 to 1.3."""
+LEFT = "The fit to all outline samples ran away"
 RAN_AWAY = 100.0
 """Effective noise over the outlines' own from which a surface has left them, so that how far is no measurement, by judgement: misplaced
 views are missed by up to 18 times, outlines of diamonds, which are alike from picture to picture, by 20, those that a fit left by 850 and
@@ -55,4 +56,4 @@ def surface_sentence(joint: JointFit[Motion]) -> str:
     """Which outlines the surface has left, in words; empty where it meets them, however noisy they are."""
     found = zip(groups_of(joint), joint.noise_px, joint.outline_noise_px, strict=True)
     left = [f"the {group}" for group, noise_px, own_px in found if noise_px > RAN_AWAY * own_px]
-    return f"The fit to all outline samples ran away from {' and '.join(left)}" if left else ""
+    return f"{LEFT} from {' and '.join(left)}" if left else ""
