@@ -135,7 +135,7 @@ class Particle:
     @property
     def _disagreement_sentence(self) -> str:
         among = self.disagreement
-        if among.calibration_px == 0.0:
+        if not among.beyond_noise:
             return ""
         numbers = self.report.numbers[~self.report.foreign]
         worst = [f"view {numbers[i]} ({among.view_rms_px[i]:.2f} px)" for i in np.argsort(-among.view_rms_px)[:WORST_TOLD]]
@@ -286,7 +286,7 @@ def particle_of(
         catalogue=made.catalogue or start_catalogue(hull.vertices, body.com_particle, directions=configuration.directions),
         report=report,
         disagreement=among,
-        fault=view_fault(*every) if among.calibration_px > 0.0 else "",
+        fault=view_fault(*every) if among.beyond_noise else "",
         made=made,
     )
 

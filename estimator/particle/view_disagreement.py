@@ -41,6 +41,11 @@ class Disagreement:
     calibration_px: float
     seen_share: float
 
+    @property
+    def beyond_noise(self) -> bool:
+        """Whether outlines do not explain the errors."""
+        return self.calibration_px > 0.0
+
 
 def disagreement(seen: Silhouettes, poses: PoseSet, centre: Array) -> Disagreement:
     """That of k views at stated ``poses``; ``centre`` (3,) m of the body, particle frame."""

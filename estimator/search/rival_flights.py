@@ -78,7 +78,7 @@ def _limit(task: FitTask, particle: Particle, flight: Flight, cost: float, *, ow
     """Largest mean squared error, over the expected, that is not refused: at the expected noise or, with ``own``, at that of ``cost``."""
     sides = sides_seen(task, flight)
     numbers = sides * min(2 * len(task.views.silhouettes), INDEPENDENT_TANGENTS)
-    if particle.disagreement.calibration_px > 0.0:
+    if particle.disagreement.beyond_noise:
         numbers = min(numbers, CALIBRATION_FREEDOM * len(task.views.silhouettes))
     free = numbers - (POSE if sides == 1 else MOTION)
     if free <= 0:

@@ -28,7 +28,7 @@ from estimator.surface.arrow import Eliminated, Noise, Whole, eliminated, weighe
 from estimator.surface.evenness import Believed
 from estimator.surface.frame_samples import moved_by, samples_of_frames, seen_under
 from estimator.surface.mass import N_MASS, mass_response
-from estimator.surface.samples import Samples, ShiftedViews
+from estimator.surface.samples import MovedViews, Samples
 from estimator.surface.shape import ALIGNED, SHARP, Shape, believed_in, own_noise_px
 from estimator.surface.star_surface import Surface, star_surface
 from estimator.surface.surface_scale import scaled_step
@@ -107,7 +107,7 @@ class Known:
         """How many parameters there are."""
         return len(self.pull)
 
-    def beside(self, views: ShiftedViews, sd_px: float) -> "Known":
+    def beside(self, views: MovedViews, sd_px: float) -> "Known":
         """With the moves of views after all others, which have a standard deviation ``sd_px``."""
         own = views.unknown / sd_px**2
         information = block_diag(self.information, np.eye(len(own)) / sd_px**2)
@@ -130,7 +130,7 @@ class Joined(Generic[R]):
     outline_noise_px: tuple[float, ...]
     settled: bool
     last: "Last"
-    views: ShiftedViews
+    views: MovedViews
     shift_sd_px: float
 
 
@@ -192,14 +192,14 @@ def joined(
     return Joined(tuple(recorded), covariance[:size, :size], surface, noise_px, own, settled, ended, views, sd_px)
 
 
-def views_of(particle: Particle, offset_px: float) -> ShiftedViews:
+def views_of(particle: Particle, offset_px: float) -> MovedViews:
     """A particle's views where they are calibrated; turned, too, where they disagree by more than their outlines explain.
 
     ``offset_px``: by how much their outlines are drawn too large.
     """
-    unknown = 5 if particle.disagreement.calibration_px > 0.0 else 2
+    unknown = 5 if particle.disagreement.beyond_noise else 2
     moved_px, radius_m = np.zeros((len(particle.calibrated), unknown)), 0.5 * particle.extent_m
-    return ShiftedViews(particle.outlines, particle.calibrated, moved_px, particle.body.com_particle, radius_m, offset_px=offset_px)
+    return MovedViews(particle.outlines, particle.calibrated, moved_px, particle.body.com_particle, radius_m, offset_px=offset_px)
 
 
 def free_from(particle: Particle) -> int:
@@ -207,7 +207,7 @@ def free_from(particle: Particle) -> int:
 
     Samples that are off alike all along an outline count as few, and would leave the views where they are.
     """
-    return 0 if particle.disagreement.calibration_px > 0.0 else ALIGNED
+    return 0 if particle.disagreement.beyond_noise else ALIGNED
 
 
 def _scale_of(moved_px: Array, variance: Array, sd_px: float) -> float:
@@ -219,7 +219,7 @@ def _scale_of(moved_px: Array, variance: Array, sd_px: float) -> float:
 def _linearised(
     particle: Particle,
     surfaced: tuple[Surface, Believed],
-    shown: tuple[ShiftedViews, *tuple[R, ...]],
+    shown: tuple[MovedViews, *tuple[R, ...]],
     about: Known,
     *,
     noise: Sequence[Noise],
@@ -303,7 +303,7 @@ class JointFit(Generic[M_co]):
     scale: float
     sightings: Sightings
     last: Last
-    views: ShiftedViews
+    views: MovedViews
     shift_sd_px: float
 
 

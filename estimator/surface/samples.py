@@ -40,7 +40,7 @@ def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Seque
 
 
 @dataclass(frozen=True)
-class ShiftedViews:
+class MovedViews:
     """A particle's views of ``outlines``, each moved from where its ``calibrated`` pose has it.
 
     ``moved_px`` (v, 2 or 5): seen that much further right and down and, where calibrations may be off by more, turned about the camera's
@@ -89,7 +89,7 @@ class ShiftedViews:
         columns, starts = (k * view[:, None] + np.arange(k)).ravel(), k * np.arange(len(view) + 1)
         return replace(samples, by_motion=csr_array((values.ravel(), columns, starts), shape=(len(view), self.moved_px.size)))
 
-    def moved(self, step: Array) -> "ShiftedViews":
+    def moved(self, step: Array) -> "MovedViews":
         """After a ``step`` (k,) of those that are unknown."""
         return replace(self, moved_px=self.moved_px + step.reshape(self.moved_px.shape)) if self.free else self
 

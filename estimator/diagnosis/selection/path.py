@@ -122,7 +122,7 @@ def _with_unknown(at: At, catalogue: Catalogue) -> At:
 
 
 def _beside_own_errors(at: At, catalogue: Catalogue) -> At | None:
-    """Where a search has ended, less unknown values of every sequence, beside errors that those have of their own; ``None``: none."""
+    """The end of a search beside sequences' own errors, without an unknown that has values of every sequence; ``None``: no such errors."""
     families = {at.trial.evidence.of.keys[e] for e in at.trial.families}
     try:
         campaign, fit = relinearised(at.campaign, at.fit, ended=True)
