@@ -93,6 +93,13 @@ class MovedViews:
         """After a ``step`` (k,) of those that are unknown."""
         return replace(self, moved_px=self.moved_px + step.reshape(self.moved_px.shape)) if self.free else self
 
+    @property
+    def placed(self) -> tuple[CalibratedView, ...]:
+        """Views calibrated so that they are seen where these are: shifts as translations across each camera's axis."""
+        by = self.shift_px * (self.radius_m / self._radius_px)[:, None]
+        views = zip(self._turned(), by, strict=True)
+        return tuple(replace(view, t_cam_particle=view.t_cam_particle + np.append(across, 0.0)) for view, across in views)
+
     def _turned(self) -> Sequence[CalibratedView]:
         """The poses that they have."""
         if not self.moved_px[:, 2:].any():

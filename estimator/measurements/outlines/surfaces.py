@@ -35,8 +35,8 @@ from estimator.measurements.silhouettes.imagined import rows_of
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes, Felt, amplitudes_of
-from estimator.surface.joint import HELD, Known, joined
-from estimator.surface.samples import Samples
+from estimator.surface.joint import HELD, Known, free_from, joined
+from estimator.surface.samples import MovedViews, Samples
 from estimator.surface.shape import SHARP, Shape, own_noise_px
 from estimator.surface.star_surface import Surface, star_surface
 
@@ -135,19 +135,30 @@ def refitted_surfaces(campaign: Campaign, fit: CampaignFit, kind: Asked) -> tupl
 def about_joint_surface(flown: Sequence[Flown], size: int, kind: Asked, *, most: int | None = None) -> list[Flown]:
     """Sequences of one particle, of ``size`` parameters in all, about the surface that views and frames show together under their model.
 
-    Edges are drawn with few frames, and come to rest with all of them.
+    Edges are drawn with few frames, and come to rest with all of them. Views that disagree are moved and turned meanwhile (decision 78),
+    and count from then on as calibrated there.
     """
     first = flown[0].task
     hull, known = hull_shape(first.particle, first.amplitudes.surface.sphere.subdivisions), partial(_known, size=size)
     asked: dict[str, Any] = {"huber": kind.huber, "seed": kind.seed, "views_px": first.views_px}
+    if first.particle.disagreement.beyond_noise:
+        asked["shifted"] = free_from(first.particle)
     drawn = joined(first.particle, hull, [each.few for each in flown], known, first=0, end=SHARP, **asked)
     flown = [replace(each, flight=by.flight, theta=by.theta) for each, by in zip(flown, drawn.recorded, strict=True)]
-    found = joined(first.particle, Shape(drawn.surface, drawn.noise_px[0]), flown, known, **asked)
+    placed = _with_views(first.particle, drawn.views)
+    found = joined(placed, Shape(drawn.surface, drawn.noise_px[0]), flown, known, **asked)
+    placed = _with_views(placed, found.views)
     noise = [each / own for each, own in zip(found.noise_px[1:], found.outline_noise_px[1:], strict=True)]
     ended = [
-        replace(each, task=replace(each.task, noise=by, under=each.model.keys)) for each, by in zip(found.recorded, noise, strict=True)
+        replace(each, task=replace(each.task, particle=placed, noise=by, under=each.model.keys))
+        for each, by in zip(found.recorded, noise, strict=True)
     ]
     return with_surface(ended, Shape(found.surface, found.noise_px[0]), kind, most=most)
+
+
+def _with_views(particle: Particle, views: MovedViews) -> Particle:
+    """The particle with its views calibrated where a fit has moved them to; as it is where it has not."""
+    return replace(particle, calibrated=views.placed) if views.moved_px.any() else particle
 
 
 def hull_shape(particle: Particle, subdivisions: int) -> Shape:

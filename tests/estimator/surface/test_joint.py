@@ -33,6 +33,7 @@ from estimator.search.rival_flights import Standing
 from estimator.surface import joint as joint_module
 from estimator.surface.frame_samples import samples_of_frames, seen_under
 from estimator.surface.joint import SURFACE_OFF, JointFit, Known, joint_fit, slow_misfit, views_of
+from estimator.surface.samples import samples_of_views
 from estimator.surface.star_surface import star_surface
 from estimator.surface.told import surface_sentence
 from synth.sequence import build_silhouette_sequence
@@ -272,6 +273,16 @@ def test_samples_of_views_change_as_their_moves_say(made: tuple[Observation, Tru
     told = views.samples(measured.joint.surface).by_motion @ (2.0 * step)
     off = there - back - told
     assert np.median(np.abs(off)) < 0.05 * np.median(np.abs(told))  # turns are told along normals over a pixel
+
+
+def test_views_are_calibrated_where_they_are_moved_to(made: tuple[Observation, Truth], measured: Measured) -> None:
+    """Campaigns go on with views that are calibrated so: their samples are those of the moved views."""
+    surface = measured.joint.surface
+    views = views_of(replace(measured.particle, disagreement=replace(measured.particle.disagreement, calibration_px=1.0)), 0.0)
+    moved_views = views.moved(np.random.default_rng(7).normal(size=views.moved_px.size))
+    before, there = (samples_of_views(surface, views.outlines, each).gap_px for each in (views.calibrated, moved_views.placed))
+    off = there - moved_views.samples(surface).gap_px
+    assert np.sqrt(np.mean(off**2)) < 0.02 * np.sqrt(np.mean((there - before) ** 2))
 
 
 def test_a_flight_beside_which_no_surface_meets_views_that_disagree_is_no_measurement(measured: Measured) -> None:
