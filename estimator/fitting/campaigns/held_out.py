@@ -185,7 +185,7 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     prior = np.zeros((len(columns), len(columns)))
     prior[len(layout.local) :, len(layout.local) :] = learned.information(open_, teller)
     try:
-        with np.errstate(over="raise"):
+        with np.errstate(over="raise", invalid="raise"):
             equations, normal = _settled(alone, state, columns, prior, model)
             e = np.sum([_left_out(equations, columns, normal, start) for start in range(QUARTERS)], axis=0)
     except ASTRAY:
