@@ -10,6 +10,7 @@ from datasets.observation import CalibratedView
 from estimator.data.configuration import Configuration
 from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.silhouettes.registration import register
+from scripts.trials.study_wrong_poses import miscalibrated
 from tests.estimator import small_campaign
 from tests.estimator.measurements.outlines.sampled_campaign import COARSE, registered
 
@@ -22,17 +23,10 @@ def off_rad(views: Sequence[CalibratedView], true: Sequence[CalibratedView]) -> 
     return float(np.sqrt(np.mean((each.mean().inv() * each).magnitude() ** 2)))
 
 
-def turned(view: CalibratedView, rng: np.random.Generator) -> CalibratedView:
-    """A view whose rim is off by ``OFF_PX`` about every axis, as its centre is along two."""
-    metre_px = view.t_cam_particle[2] / view.intrinsics.fx_px
-    R = Rotation.from_rotvec(OFF_PX * metre_px / RADIUS_M * rng.normal(size=3)).as_matrix() @ view.R_cam_particle
-    return replace(view, R_cam_particle=R, t_cam_particle=view.t_cam_particle + np.append(OFF_PX * metre_px * rng.normal(size=2), 0.0))
-
-
 def test_views_that_disagree_are_where_the_surface_meets_them() -> None:
     """Left where they were, they were lengths, a frame rate or an acceleration of campaigns in which nothing is hidden."""
     given, rng = small_campaign.observations(), np.random.default_rng(8)
-    off = tuple(turned(view, rng) for view in given[0].views)
+    off = tuple(miscalibrated(view, np.zeros(3), RADIUS_M, OFF_PX, rng) for view in given[0].views)
     seen = register([replace(each, views=off) for each in given], Configuration())
     assert seen.particles[0].disagreement.beyond_noise
     found = by_samples(seen, [], Configuration(campaign_surface_fit=2), subdivisions=COARSE)
