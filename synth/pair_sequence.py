@@ -21,7 +21,7 @@ from synth.pair_outlines import outlines_of_two
 from synth.pairs import PairCourse, pair_frames, planned_pair
 from synth.particles.particle import Particle, particle
 from synth.plan import particle_poses_in_camera
-from synth.rig import rig_views
+from synth.rig import rig_views, stated_views
 from synth.silhouette import exact_outline, noisy, outline_mesh
 from synth.streams import streams_of
 
@@ -31,10 +31,11 @@ NONE = Outline(np.zeros((0, 2)))
 
 @dataclass(frozen=True)
 class PlannedGrain:
-    """One particle of a pair: what it is, its calibrated views, its motion at the frames, its impact."""
+    """One particle of a pair: what it is, its calibrated views, what is stated of them, its motion at the frames, its impact."""
 
     grain: Particle
     views: tuple[CalibratedView, ...]
+    stated_views: tuple[CalibratedView, ...]
     motion: Motion
     impact: Impact
 
@@ -59,7 +60,7 @@ def pair_sequence(recipe: Recipe, index: int, camera: HsvCamera) -> tuple[Observ
     pair = planned_pair(recipe, PairCourse(flying, stamps, camera.intrinsics, impact_s), rng)
     rigs = (stream.rig, stream.second_rig)
     planned = [
-        PlannedGrain(grain, rig_views(recipe.rig, grain.mass.body.com_particle, np.random.default_rng(rig)), flight.at(stamps), impact)
+        PlannedGrain(grain, *_views(recipe, grain, np.random.default_rng(rig)), flight.at(stamps), impact)
         for grain, rig, flight, impact in zip(bodies, rigs, pair.flights, pair.impacts, strict=True)
     ]
     name = f"{bodies[0].name}-pair-{index:04d}"
@@ -75,13 +76,19 @@ def pair_sequence(recipe: Recipe, index: int, camera: HsvCamera) -> tuple[Observ
         recordings=(recordings[0],),
         clock=clock,
         gravity_world=np.array(recipe.motion.gravity_ms2),
-        views=planned[0].views,
+        views=planned[0].stated_views,
         view_recording=views[0],
-        companion=Companion(planned[1].views, views[1]),
+        companion=Companion(planned[1].stated_views, views[1]),
         further_recordings=(recordings[1],),
     )
     second = _truth(name, planned[1], recipe)
     return observation, _truth(name, planned[0], recipe, companion=second)
+
+
+def _views(recipe: Recipe, grain: Particle, rng: np.random.Generator) -> tuple[tuple[CalibratedView, ...], tuple[CalibratedView, ...]]:
+    """The calibrated views, and what is stated of them."""
+    views = rig_views(recipe.rig, grain.mass.body.com_particle, rng)
+    return views, stated_views(recipe.rig, views, grain.vertices, rng)
 
 
 def _flying(grain: Particle) -> FlyingBody:

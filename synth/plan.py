@@ -37,7 +37,8 @@ class SequencePlan:
     ``motion`` is ``flight`` at ``true_times_s``, under the time stamps of ``clock``. ``gravity_world`` (3,) m/s². ``symmetries``
     (s, 3, 3) in the particle frame, about the centre of mass of the uniform body.
 
-    ``views``, ``hsv``, ``clock`` and ``gravity_world`` are what the observation states. Where ``effects`` are in force, nature differs:
+    ``stated_views``, ``hsv``, ``clock`` and ``gravity_world`` are what the observation states; the calibrated views were taken where
+    ``views`` are. Where ``effects`` are in force, nature differs:
     frames are taken at ``true_times_s`` (frame,) s with ``true_camera``; ``vertices``, ``body``, mass and moments are those of the
     body that flies, ``view_vertices`` (v, 3) m those that the calibrated views show.
 
@@ -57,6 +58,7 @@ class SequencePlan:
     inertia_kgm2: Float[NDArray[np.float64], "3"]
     material: str
     views: tuple[CalibratedView, ...]
+    stated_views: tuple[CalibratedView, ...]
     hsv: HsvCamera
     true_camera: Intrinsics
     clock: Clock

@@ -6,6 +6,8 @@ point at the centre of the picture. Cameras are mounted with small errors, which
 millimetre of the middle.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
@@ -39,6 +41,31 @@ def rig_views(recipe: RigRecipe, centre_particle: Float[NDArray[np.float64], "3"
         for R_rig_particle, t_rig_particle in [_drop(centre_particle, rng)]
         for camera, (intrinsics, R_cam_rig, t_cam_rig) in enumerate(cameras)
     )
+
+
+def stated_views(
+    recipe: RigRecipe, views: tuple[CalibratedView, ...], vertices: Float[NDArray[np.float64], "v 3"], rng: np.random.Generator
+) -> tuple[CalibratedView, ...]:
+    """What a calibration says of ``views``, each off by ``recipe.calibration_px``; ``vertices`` of the particle, particle frame, m."""
+    if not recipe.calibration_px:
+        return views
+    centre, radius = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0)), 0.5 * float(np.ptp(vertices, axis=0).max())
+    return tuple(miscalibrated(view, centre, radius, recipe.calibration_px, rng) for view in views)
+
+
+def miscalibrated(
+    view: CalibratedView, centre: Float[NDArray[np.float64], "3"], radius: float, off_px: float, rng: np.random.Generator
+) -> CalibratedView:
+    """A view whose stated pose is off by ``off_px`` in its picture: moved, and turned about ``centre`` (3,) m of a body of ``radius`` (m).
+
+    ``centre`` in the particle frame.
+    """
+    metre_per_px = float((view.R_cam_particle @ centre + view.t_cam_particle)[2]) / view.intrinsics.fx_px
+    turn = Rotation.from_rotvec(rng.normal(0.0, off_px * metre_per_px / radius, 3)).as_matrix()
+    shift = np.append(rng.normal(0.0, off_px * metre_per_px, 2), 0.0)
+    R = turn @ view.R_cam_particle
+    centre_cam = view.R_cam_particle @ centre + view.t_cam_particle + shift
+    return replace(view, R_cam_particle=R, t_cam_particle=centre_cam - R @ centre)
 
 
 def _camera(recipe: RigRecipe, axis: Array, rng: np.random.Generator) -> tuple[Intrinsics, Array, Array]:

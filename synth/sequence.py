@@ -27,7 +27,7 @@ from synth.particles.particle import Particle, particle
 from synth.plan import SequencePlan
 from synth.planned_flight import Course, planned_flight
 from synth.plate_setting import plate_outline
-from synth.rig import rig_views
+from synth.rig import rig_views, stated_views
 from synth.silhouette import exact_outline, noisy, outline_mesh
 from synth.streams import of_camera, streams_of
 
@@ -93,7 +93,8 @@ def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
         mass_kg=flying.mass_kg,
         inertia_kgm2=flying.inertia_kgm2,
         material=recipe.particle.material,
-        views=rig_views(recipe.rig, grain.mass.body.com_particle, rig_rng),
+        views=(views := rig_views(recipe.rig, grain.mass.body.com_particle, rig_rng)),
+        stated_views=stated_views(recipe.rig, views, grain.vertices, rig_rng),
         hsv=camera,
         true_camera=course.true_camera,
         clock=Clock(course.stamps_s, recipe.hsv.exposure_us * 1e-6),
@@ -142,7 +143,7 @@ def observation_of(plan: SequencePlan, recordings: Sequence[Recording], view_rec
         recordings=tuple(recordings),
         clock=plan.clock,
         gravity_world=plan.gravity_world,
-        views=plan.views,
+        views=plan.stated_views,
         view_recording=view_recording,
         mass_kg=plan.mass_kg,
         plate=None if plan.setting is None else plan.setting.stated,

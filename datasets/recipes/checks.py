@@ -54,6 +54,7 @@ BOUNDS = (
     Bounds("rig.focal_px", 10, 1e8),
     Bounds("rig.mm_per_px", 1e-5, 10, "millimetres per pixel are meant: 0.017 is usual"),
     Bounds("rig.f_number", 0.5, 1000),
+    Bounds("rig.calibration_px", 0, 100),
     Bounds("noise.hsv_boundary_px", 0, 100),
     Bounds("noise.rig_boundary_px", 0, 100),
     Bounds("noise.spacing_px", 0.01, 100),

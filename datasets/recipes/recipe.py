@@ -106,6 +106,8 @@ class RigRecipe:
     """Depth of field without diffraction, which is not modelled: the views are sharper than a real lens would make them."""
     rendered: bool | None = None
     """Whether the views are pictures; ``None``: as the tier of the recipe."""
+    calibration_px: float = 0.0
+    """By how much each view's stated pose is off: moved, and turned at the particle's rim, by N(0, calibration²) of its pixels."""
 
 
 @dataclass(frozen=True)

@@ -14,16 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 from scipy.sparse import csr_array, vstack
-from scipy.sparse.linalg import LinearOperator
+from scipy.sparse.linalg import LinearOperator, aslinearoperator
 
 from datasets.vocabulary.body import Body
 from estimator.particle.particle import Particle
-from estimator.surface.arrow import Noise, weighed
-from estimator.surface.dissection import factorised
-from estimator.surface.evenness import believed
+from estimator.surface.arrow import Noise, Weighed, filled, weighed
+from estimator.surface.dissection import Factor, factorised
+from estimator.surface.evenness import Believed, believed
 from estimator.surface.mass import N_MASS, mass_response
-from estimator.surface.samples import samples_of_views
+from estimator.surface.samples import views_of
 from estimator.surface.shape import Shape
 from estimator.surface.star_surface import Surface
 
@@ -84,6 +85,28 @@ class Amplitudes:
         return Amplitudes(self.surface, np.pad(self.moves, ((0, 0), (0, more))), np.pad(self.mass, ((0, 0), (0, more))))
 
 
+@dataclass(frozen=True)
+class Shown:
+    """What prior and calibrated views say of a surface's unknowns (u,), views marginal over how they are moved.
+
+    ``information`` (u, u), of which moves of views take ``lost`` (k, u) squared; ``gradient`` (u,).
+    """
+
+    information: LinearOperator
+    lost: Float[NDArray[np.float64], "k u"]
+    gradient: Float[NDArray[np.float64], " u"]
+
+
+def shown(prior: Believed, views: Weighed, known: Float[NDArray[np.float64], "k k"], pull: Float[NDArray[np.float64], " k"]) -> Shown:
+    """By a ``prior`` and ``views`` with k moves, of which ``known`` and ``pull``, its gradient, are what is known otherwise."""
+    among, by_move = filled(views.F.T @ views.F) + known, filled(views.F.T @ views.J)
+    root = np.linalg.cholesky(among)
+    lost, off = (solve_triangular(root, each, lower=True) for each in (by_move, views.F.T @ views.r + pull))
+    unmoved = aslinearoperator(csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J))
+    gradient = prior.rows.T @ prior.values + views.J.T @ views.r - lost.T @ off
+    return Shown(unmoved - aslinearoperator(lost.T) @ aslinearoperator(lost), lost, gradient)
+
+
 def amplitudes_of(
     particle: Particle, body: Body, shape: Shape, felt: Sequence[Felt], *, huber: float, views_px: float = 0.0, most: int | None = None
 ) -> tuple[Amplitudes, Float[NDArray[np.float64], " m"]]:
@@ -95,23 +118,32 @@ def amplitudes_of(
     """
     surface = shape.surface
     prior = believed(surface)
-    shown = samples_of_views(surface, particle.outlines, particle.calibrated, views_px)
-    views = weighed(shown, prior, Noise.white(shape.noise_px), huber)
-    known = csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
+    moved = views_of(particle, views_px)
+    views = weighed(moved.samples(surface), prior, Noise.white(shape.noise_px), huber)
+    k = len(moved.unknown)
+    known = shown(prior, views, np.eye(k) / moved.sd_px**2, np.zeros(k))
     rows = [csr_array(each.by_corner @ prior.basis) for each in felt]
     every = csr_array(vstack(rows))
     frames = csr_array(every.T @ every)
     border = np.column_stack([J.T @ each.by_motion for J, each in zip(rows, felt, strict=True)])
     single = csr_array(vstack([each.samples for each in felt]) @ prior.basis)
-    answers = factorised(csr_array(vstack([prior.rows, views.J, single])), prior.corner, prior.sphere).solve(_scaled(border))
-    kept, _ = independent(answers, known, frames)
+    factor = factorised(csr_array(vstack([prior.rows, views.J, single])), prior.corner, prior.sphere)
+    kept, _ = independent(answers_beside(factor, _scaled(border), known.lost.T), known.information, frames)
     kept = kept if most is None else kept[:, -most:]
-    here = kept.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
+    here = kept.T @ known.gradient
     moves = np.asarray(prior.basis @ kept)
     mass = mass_response(surface, body)
     by_amplitude = mass.by_corner.T @ moves
     preferred = surface.moved((moves @ -here).reshape(-1, 3))
     return Amplitudes(preferred, moves, np.column_stack([mass.values - by_amplitude @ here, by_amplitude])), np.asarray(here)
+
+
+def answers_beside(factor: Factor, border: Array, lost: Array) -> Array:
+    """How the surface answers to each column of ``border`` (u, p), less ``lost`` (u, k) squared of its ``factor`` [Woodbury's identity]."""
+    p = border.shape[1]
+    solved = factor.solve(np.column_stack([border, lost]))
+    by, answers = solved[:, p:], solved[:, :p]
+    return np.asarray(answers + by @ np.linalg.solve(np.eye(lost.shape[1]) - lost.T @ by, lost.T @ answers))
 
 
 def _scaled(border: Array) -> Array:

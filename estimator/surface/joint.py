@@ -20,7 +20,6 @@ from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.problem import Fact, M, M_co, prior_equations, with_facts
 from estimator.fitting.stable_inverse import NothingSeen, scaled_inverse
 from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
-from estimator.likelihood.rows import noise_scales
 from estimator.motion.flight import COM, INERTIA, OFFSET
 from estimator.motion.slow_errors import slow_errors
 from estimator.particle.particle import Particle
@@ -28,7 +27,7 @@ from estimator.surface.arrow import Eliminated, Noise, Whole, eliminated, weighe
 from estimator.surface.evenness import Believed
 from estimator.surface.frame_samples import moved_by, samples_of_frames, seen_under
 from estimator.surface.mass import N_MASS, mass_response
-from estimator.surface.samples import MovedViews, Samples
+from estimator.surface.samples import MovedViews, Samples, views_of
 from estimator.surface.shape import ALIGNED, SHARP, Shape, believed_in, own_noise_px
 from estimator.surface.star_surface import Surface, star_surface
 from estimator.surface.surface_scale import scaled_step
@@ -107,11 +106,10 @@ class Known:
         """How many parameters there are."""
         return len(self.pull)
 
-    def beside(self, views: MovedViews, sd_px: float) -> "Known":
-        """With the moves of views after all others, which have a standard deviation ``sd_px``."""
-        own = views.unknown / sd_px**2
-        information = block_diag(self.information, np.eye(len(own)) / sd_px**2)
-        return replace(self, information=information, pull=np.concatenate([self.pull, own]))
+    def beside(self, views: MovedViews) -> "Known":
+        """With the moves of views after all others."""
+        information = block_diag(self.information, views.information)
+        return replace(self, information=information, pull=np.concatenate([self.pull, views.information @ views.unknown]))
 
 
 @dataclass(frozen=True)
@@ -119,8 +117,8 @@ class Joined(Generic[R]):
     """The ``recorded`` at the end with the ``covariance`` (p, p) of all their parameters, and the ``surface``.
 
     ``settled``: whether the steps became small. ``noise_px``: effective noise that samples of views and of every recording were found to
-    have, ``outline_noise_px`` what their outlines show by themselves; ``last``: the equations that it ended with. ``views`` with their
-    moves, whose standard deviation is ``shift_sd_px``.
+    have, ``outline_noise_px`` what their outlines show by themselves; ``last``: the equations that it ended with; ``views``: with their
+    moves.
     """
 
     recorded: tuple[R, ...]
@@ -131,7 +129,6 @@ class Joined(Generic[R]):
     settled: bool
     last: "Last"
     views: MovedViews
-    shift_sd_px: float
 
 
 @dataclass(frozen=True)
@@ -167,13 +164,12 @@ def joined(
     """
     recorded, surface, rng, size = list(recorded), shape.surface, np.random.default_rng(seed), known(recorded).size
     views = views_of(particle, views_px)
-    sd_px = own_noise_px(particle.seen)
     own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
     noise = tuple(Noise.white(px) for px in (shape.noise_px, *own[1:]))
     settled, gain, last = False, 1.0, np.zeros(size)
     for number in range(first, end):
         about, believe, views = known(recorded), believed_in(surface, number), replace(views, free=number >= shifted)
-        about = (about if number >= SHARP else about.held).beside(views, sd_px)
+        about = (about if number >= SHARP else about.held).beside(views)
         fitted, whole = _linearised(particle, (surface, believe), (views, *recorded), about, noise=noise, huber=huber)
         covariance = scaled_inverse(fitted.H + about.information)
         step = -covariance @ (fitted.g + about.pull)
@@ -181,25 +177,14 @@ def joined(
         gain *= TURNED if last @ sizes < 0.0 and number > SHARP else 1.0
         ended = Last(fitted, whole, about, step)
         noise, last = fitted.noise(step, rng) if number >= ALIGNED else noise, sizes
-        surface, views = surface.moved(fitted.corners(gain * step)), views.moved(gain * step[size:])
-        if views.free:
-            sd_px = _scale_of(views.moved_px, np.diag(covariance)[size:], sd_px)
+        surface = surface.moved(fitted.corners(gain * step))
+        views = views.moved(gain * step[size:], np.diag(covariance)[size:])
         recorded = [each.moved(gain * step[each.place]) for each in recorded]
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled and number >= SHARP:
             break
     noise_px = tuple(each.px for each in noise)
-    return Joined(tuple(recorded), covariance[:size, :size], surface, noise_px, own, settled, ended, views, sd_px)
-
-
-def views_of(particle: Particle, offset_px: float) -> MovedViews:
-    """A particle's views where they are calibrated; turned, too, where they disagree by more than their outlines explain.
-
-    ``offset_px``: by how much their outlines are drawn too large.
-    """
-    unknown = 5 if particle.disagreement.beyond_noise else 2
-    moved_px, radius_m = np.zeros((len(particle.calibrated), unknown)), 0.5 * particle.extent_m
-    return MovedViews(particle.outlines, particle.calibrated, moved_px, particle.body.com_particle, radius_m, offset_px=offset_px)
+    return Joined(tuple(recorded), covariance[:size, :size], surface, noise_px, own, settled, ended, views)
 
 
 def free_from(particle: Particle) -> int:
@@ -208,12 +193,6 @@ def free_from(particle: Particle) -> int:
     Samples that are off alike all along an outline count as few, and would leave the views where they are.
     """
     return 0 if particle.disagreement.beyond_noise else ALIGNED
-
-
-def _scale_of(moved_px: Array, variance: Array, sd_px: float) -> float:
-    """Standard deviation of moves (v, k) at which the evidence is largest, from one at which their ``variance`` (k v,) is known."""
-    square, told = np.sum(moved_px**2) / sd_px**2, np.sum(1.0 - variance / sd_px**2)
-    return sd_px * float(noise_scales(np.asarray(square), np.asarray(told)))
 
 
 def _linearised(
@@ -290,7 +269,7 @@ class JointFit(Generic[M_co]):
 
     ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
     themselves; ``scale``: how much further from what views and prior prefer the surface is than they say. ``sightings`` that were fitted;
-    ``last``: the equations that it ended with. ``views`` with their moves, whose standard deviation is ``shift_sd_px``.
+    ``last``: the equations that it ended with; ``views`` with their moves.
     """
 
     motion: M_co
@@ -304,7 +283,6 @@ class JointFit(Generic[M_co]):
     sightings: Sightings
     last: Last
     views: MovedViews
-    shift_sd_px: float
 
 
 def joint_fit(
@@ -342,7 +320,6 @@ def joint_fit(
         sightings,
         last,
         found.views,
-        found.shift_sd_px,
     )
 
 

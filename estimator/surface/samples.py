@@ -11,7 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
+from estimator.likelihood.rows import noise_scales
+from estimator.particle.particle import Particle
 from estimator.surface.contact import Contact, Picture, contacts_of, turned
+from estimator.surface.shape import own_noise_px
 from estimator.surface.star_surface import Surface, crossed
 
 Array = NDArray[np.float64]
@@ -45,7 +48,8 @@ class MovedViews:
 
     ``moved_px`` (v, 2 or 5): seen that much further right and down and, where calibrations may be off by more, turned about the camera's
     axes, as the rim of a particle of ``radius_m`` about ``centre`` (3,) m, particle frame, moves by it. ``free``: whether that is among the
-    unknowns; ``offset_px``: by how much all outlines are drawn too large.
+    unknowns; ``offset_px``: by how much all outlines are drawn too large. ``sd_px``: standard deviation of the moves; ``settled``: whether
+    that is known, so that they do not say it themselves.
     """
 
     outlines: Sequence[Outline]
@@ -53,7 +57,9 @@ class MovedViews:
     moved_px: Float[NDArray[np.float64], "v k"]
     centre: Float[NDArray[np.float64], " 3"]
     radius_m: float
+    sd_px: float
     free: bool = True
+    settled: bool = False
     offset_px: float = 0.0
 
     @property
@@ -89,9 +95,17 @@ class MovedViews:
         columns, starts = (k * view[:, None] + np.arange(k)).ravel(), k * np.arange(len(view) + 1)
         return replace(samples, by_motion=csr_array((values.ravel(), columns, starts), shape=(len(view), self.moved_px.size)))
 
-    def moved(self, step: Array) -> "MovedViews":
-        """After a ``step`` (k,) of those that are unknown."""
-        return replace(self, moved_px=self.moved_px + step.reshape(self.moved_px.shape)) if self.free else self
+    @property
+    def information(self) -> Float[NDArray[np.float64], "k k"]:
+        """What is known of those that are unknown beside their samples."""
+        return np.eye(len(self.unknown)) / self.sd_px**2
+
+    def moved(self, step: Array, variance: Array) -> "MovedViews":
+        """After a ``step`` (k,) of those that are unknown, whose ``variance`` (k,) was known: where it is open, ``sd_px`` as they show."""
+        if not self.free:
+            return self
+        moved_px = self.moved_px + step.reshape(self.moved_px.shape)
+        return replace(self, moved_px=moved_px, sd_px=self.sd_px if self.settled else _scale_of(moved_px, variance, self.sd_px))
 
     @property
     def placed(self) -> tuple[CalibratedView, ...]:
@@ -107,6 +121,31 @@ class MovedViews:
         turns = Rotation.from_rotvec(self.moved_px[:, 2:] / self._radius_px[:, None]).as_matrix()
         at = zip(self.calibrated, turns, self._centres, strict=True)
         return [replace(v, R_cam_particle=(R := turn @ v.R_cam_particle), t_cam_particle=c - R @ self.centre) for v, turn, c in at]
+
+
+def views_of(particle: Particle, offset_px: float) -> MovedViews:
+    """A particle's views where they are calibrated; turned, too, where they disagree by more than their outlines explain.
+
+    Free where a fit has moved them to where they are calibrated. ``offset_px``: by how much their outlines are drawn too large.
+    """
+    count, known_px = len(particle.calibrated), particle.recalibrated_px
+    return MovedViews(
+        particle.outlines,
+        particle.calibrated,
+        np.zeros((count, 5 if particle.disagreement.beyond_noise else 2)),
+        particle.body.com_particle,
+        0.5 * particle.extent_m,
+        known_px or own_noise_px(particle.seen),
+        free=known_px > 0.0,
+        settled=known_px > 0.0,
+        offset_px=offset_px,
+    )
+
+
+def _scale_of(moved_px: Array, variance: Array, sd_px: float) -> float:
+    """Standard deviation of moves (v, k) at which the evidence is largest, from one at which their ``variance`` (k v,) is known."""
+    square, told = np.sum(moved_px**2) / sd_px**2, np.sum(1.0 - variance / sd_px**2)
+    return sd_px * float(noise_scales(np.asarray(square), np.asarray(told)))
 
 
 def _of_views(

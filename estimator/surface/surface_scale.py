@@ -12,13 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 from scipy.sparse import csr_array, vstack
-from scipy.sparse.linalg import aslinearoperator
 
 from estimator.fitting.stable_inverse import scaled_inverse
 from estimator.likelihood.rows import noise_scales
-from estimator.surface.amplitudes import independent
+from estimator.surface.amplitudes import independent, shown
 from estimator.surface.arrow import Eliminated, Whole, filled
 
 Array = NDArray[np.float64]
@@ -43,14 +41,10 @@ def scaled_step(fitted: Eliminated, whole: Whole, known: Array, pull: Array) -> 
     """
     prior, views, frames = fitted.prior, fitted.groups[0], fitted.groups[1:]
     p = len(pull) - len(views.place)
-    among, by_shift = filled(views.F.T @ views.F) + known[p:, p:], filled(views.F.T @ views.J)
-    root = np.linalg.cholesky(among)
-    shifts, off = (solve_triangular(root, each, lower=True) for each in (by_shift, views.F.T @ views.r + pull[p:]))
-    unshifted = aslinearoperator(csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J))
-    believed = unshifted - aslinearoperator(shifts.T) @ aslinearoperator(shifts)
+    believed = shown(prior, views, known[p:, p:], pull[p:])
     every = csr_array(vstack([each.J for each in frames]))
-    moves, felt = independent(fitted.solved[:, :-1], believed, csr_array(every.T @ every))
-    here = moves.T @ (prior.rows.T @ prior.values + views.J.T @ views.r - shifts.T @ off)
+    moves, felt = independent(fitted.solved[:, :-1], believed.information, csr_array(every.T @ every))
+    here = moves.T @ believed.gradient
     by_motion, by_moves = whole.by_motion[:, :p], -whole.by_corner.T @ (prior.basis @ moves)
     both, g = by_motion.T @ by_moves, np.column_stack([by_motion, by_moves]).T @ whole.residual
     g[:p] += pull[:p]

@@ -30,7 +30,7 @@ def surface_statistics(joint: JointFit[Motion]) -> dict[str, Any]:
         "effective_noise_px": dict(zip(groups_of(joint), joint.noise_px, strict=True)),
         "outline_noise_px": dict(zip(groups_of(joint), joint.outline_noise_px, strict=True)),
         "surface_scale": joint.scale,
-        "view_shift_px": joint.shift_sd_px,
+        "view_shift_px": joint.views.sd_px,
         "settled": joint.settled,
     }
 

@@ -20,15 +20,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from datasets.estimate import Estimate, Status
-from datasets.observation import CalibratedView, Observation
+from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.scoring.score import score
 from datasets.truth import Truth
 from estimator.data.configuration import Configuration
 from estimator.measure import measure
+from synth.rig import miscalibrated
 from synth.sequence import build_silhouette_sequence
 
 Array = NDArray[np.float64]
@@ -85,17 +85,6 @@ def drawn_sequence(drawn: Drawn, seed: int, index: int) -> Sequence:
     moved = tuple(miscalibrated(view, centre, radius, off_px, rng) for view in observation.views[:views])
     outlines = tuple(observation.view_recording[i] for i in range(views))  # type: ignore[index]
     return Sequence(replace(observation, views=moved, view_recording=outlines), truth, off_px)
-
-
-def miscalibrated(view: CalibratedView, centre: Array, radius: float, off_px: float, rng: np.random.Generator) -> CalibratedView:
-    """A view whose stated pose is off by ``off_px`` in the picture: moved, and turned about ``centre`` (m) of a body of ``radius`` (m)."""
-    depth = float((view.R_cam_particle @ centre + view.t_cam_particle)[2])
-    metre_per_px = depth / view.intrinsics.fx_px
-    turn = Rotation.from_rotvec(rng.normal(0.0, off_px * metre_per_px / radius, 3)).as_matrix()
-    shift = np.append(rng.normal(0.0, off_px * metre_per_px, 2), 0.0)
-    R = turn @ view.R_cam_particle
-    centre_cam = view.R_cam_particle @ centre + view.t_cam_particle + shift
-    return replace(view, R_cam_particle=R, t_cam_particle=centre_cam - R @ centre)
 
 
 def one_row(drawn: Drawn, seed: int, index: int) -> dict[str, Any]:

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from datasets.recipes.recipe import RigRecipe
 from datasets.vocabulary.frames import is_rotation
-from synth.rig import AXES, rig_views
+from synth.rig import AXES, rig_views, stated_views
 
 COM = np.array([1e-3, -0.5e-3, 2e-3])
 VIEWS = rig_views(RigRecipe(), COM, np.random.default_rng(5))
@@ -44,6 +45,24 @@ def test_cameras_stay_and_the_particle_moves_between_drops() -> None:
     assert np.abs(first - second).max() > 0.1
     relative = [VIEWS[6 * d + 1].R_cam_particle @ VIEWS[6 * d].R_cam_particle.T for d in range(10)]
     np.testing.assert_allclose(relative, np.tile(relative[0], (10, 1, 1)), atol=1e-12)
+
+
+def test_stated_poses_are_off_by_as_much_as_is_asked_for() -> None:
+    """In the picture and, by turns about three axes, at the rim, in the views' pixels."""
+    many = RigRecipe(drops=100, calibration_px=0.7)
+    views = rig_views(many, COM, np.random.default_rng(6))
+    corners = COM + 2e-3 * np.array([[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]])  # a particle of 4 mm
+    stated = stated_views(many, views, corners, np.random.default_rng(7))
+    px_per_m = np.array([v.intrinsics.fx_px / (v.R_cam_particle @ COM + v.t_cam_particle)[2] for v in views])
+    moved = [(s.R_cam_particle - v.R_cam_particle) @ COM + s.t_cam_particle - v.t_cam_particle for s, v in zip(stated, views, strict=True)]
+    turned = [(Rotation.from_matrix(s.R_cam_particle @ v.R_cam_particle.T)).as_rotvec() for s, v in zip(stated, views, strict=True)]
+    assert np.std(px_per_m[:, None] * np.array(moved)[:, :2], axis=0) == pytest.approx(np.full(2, 0.7), rel=0.1)
+    assert np.abs(np.array(moved)[:, 2]).max() < 1e-12
+    assert np.std(px_per_m[:, None] * 2e-3 * np.array(turned), axis=0) == pytest.approx(np.full(3, 0.7), rel=0.1)
+
+
+def test_a_calibration_that_is_right_says_where_views_are() -> None:
+    assert stated_views(RigRecipe(), VIEWS, np.eye(3), np.random.default_rng(8)) is VIEWS
 
 
 def test_the_real_rig_has_the_same_geometry(shared_data: Path) -> None:

@@ -120,3 +120,13 @@ def test_a_file_of_implausible_size_is_refused(shared_data: Path) -> None:
     )
     with pytest.raises(InputError, match="looks like millimetres taken for metres"):
         plan_sequence(recipe, 0)
+
+
+def test_pictures_of_views_are_taken_where_views_are_not_where_their_calibration_says() -> None:
+    off, right = (build_silhouette_sequence(replace(RECIPE, rig=replace(RECIPE.rig, calibration_px=px)), 2)[0] for px in (1.0, 0.0))
+    np.testing.assert_array_equal(points(off)[0], points(right)[0])
+    np.testing.assert_array_equal(points(off)[1], points(right)[1])
+    for stated, view in zip(off.views, right.views, strict=True):
+        assert stated.intrinsics == view.intrinsics
+        assert not np.array_equal(stated.R_cam_particle, view.R_cam_particle)
+        assert not np.array_equal(stated.t_cam_particle, view.t_cam_particle)

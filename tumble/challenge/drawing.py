@@ -67,7 +67,8 @@ LARGEST_OUTSIDE = {"wall_attraction": 100.0, "outgassing_thrust": 100.0, "therma
 class Shape:
     """What every campaign consists of.
 
-    ``particles``: mesh files, none for bodies of the procedural family; ``drops``: onto a plate, ``frames`` before and after the impact.
+    ``particles``: mesh files, none for bodies of the procedural family; ``drops``: onto a plate, ``frames`` before and after the impact;
+    ``views_off_px``: by how much the stated poses of the views are off.
     """
 
     sequences: int = 4
@@ -76,6 +77,7 @@ class Shape:
     rendered: bool = False
     particles: tuple[str, ...] = ()
     drops: bool = False
+    views_off_px: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,7 @@ def draw_case(plan: Plan, what: tuple[Kind, tuple[str, ...]], name: str, rng: np
         tier="rendered" if shape.rendered else "silhouette",
         particle=_particle(shape, rng),
         motion=MotionRecipe(frames=shape.frames),
-        rig=RigRecipe(drops=-(-shape.views // VIEWS_PER_DROP)),
+        rig=RigRecipe(drops=-(-shape.views // VIEWS_PER_DROP), calibration_px=shape.views_off_px),
         effects=tuple(effect for effect, _ in drawn),
     )
     if shape.drops:

@@ -36,6 +36,9 @@ from tumble.output_directory import Run, output_directory
 from tumble.read_paths import paths_given
 from tumble.written_files import read_run, refuse_other_file
 
+MOST_OFF_PX = 100.0
+"""As in a recipe's ``[rig]``."""
+
 
 def parser() -> argparse.ArgumentParser:
     """The verb's options."""
@@ -72,7 +75,10 @@ def _shape(arguments: argparse.Namespace) -> Shape:
     if folder and not files:
         raise InputError(f"{folder}: expected scanned particles (*.ply), found none.")
     rendered = getattr(arguments, "tier", "silhouette") == "rendered"
-    return Shape(arguments.sequences, arguments.frames, arguments.views, rendered, files, getattr(arguments, "drops", False))
+    off_px = getattr(arguments, "views_off", 0.0)
+    if not 0.0 <= off_px <= MOST_OFF_PX:
+        raise InputError(f"--views-off {off_px:g}: expected pixels, 0 to {MOST_OFF_PX:g}.")
+    return Shape(arguments.sequences, arguments.frames, arguments.views, rendered, files, getattr(arguments, "drops", False), off_px)
 
 
 def _make_options(part: argparse.ArgumentParser) -> None:
@@ -83,6 +89,9 @@ def _make_options(part: argparse.ArgumentParser) -> None:
         part.add_argument(f"--{field}", type=int, metavar="N", help=f"cases of kind {field} (default: {default})")
     _tier_option(part)
     part.add_argument("--drops", action="store_true", help="particles dropped onto a plate; effects of clock, flight and optics")
+    part.add_argument(
+        "--views-off", type=float, default=0.0, metavar="PX", help="by how much the stated pose of each view is off (default: %(default)g)"
+    )
     part.add_argument("--seed", type=int, help="what everything is drawn from (default: drawn anew); kept under truth/ only")
     part.add_argument("--effects", help="comma-separated keys to draw from (default: all; rendered: all that can reach their limit)")
     part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")

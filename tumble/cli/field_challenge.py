@@ -22,7 +22,10 @@ from tumble.output_directory import Run, output_directory
 from tumble.read_paths import paths_given
 
 LEAST_ROWS = 8
-NOT_IN_THE_FIELD = ("singles", "controls", "pairs", "outside", "effects", "smallest", "largest", "particles", "plausible", "drops")
+NOT_IN_THE_FIELD = (
+    *("singles", "controls", "pairs", "outside"),
+    *("effects", "smallest", "largest", "particles", "plausible", "drops", "views_off"),
+)
 """Options of ``make`` that say what the older challenge hides."""
 
 
@@ -45,7 +48,8 @@ def make_field(arguments: argparse.Namespace, seed: int) -> int:
     """
     given = [name for name in NOT_IN_THE_FIELD if getattr(arguments, name)]
     if given or arguments.tier != "silhouette":
-        raise InputError(f"--field: expected none of the older challenge's options beside it, got --{', --'.join(given or ['tier'])}.")
+        named = ", ".join(f"--{name.replace('_', '-')}" for name in given or ["tier"])
+        raise InputError(f"--field: expected none of the older challenge's options beside it, got {named}.")
     if arguments.most_rows < LEAST_ROWS:
         raise InputError(f"--most-rows {arguments.most_rows}: expected at least {LEAST_ROWS}, got fewer.")
     kinds = _kinds(arguments.measured)

@@ -158,7 +158,7 @@ def about_joint_surface(flown: Sequence[Flown], size: int, kind: Asked, *, most:
 
 def _with_views(particle: Particle, views: MovedViews) -> Particle:
     """The particle with its views calibrated where a fit has moved them to; as it is where it has not."""
-    return replace(particle, calibrated=views.placed) if views.moved_px.any() else particle
+    return replace(particle, calibrated=views.placed, recalibrated_px=views.sd_px) if views.moved_px.any() else particle
 
 
 def hull_shape(particle: Particle, subdivisions: int) -> Shape:

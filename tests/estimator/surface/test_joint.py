@@ -32,8 +32,8 @@ from estimator.reports.verdict import judge
 from estimator.search.rival_flights import Standing
 from estimator.surface import joint as joint_module
 from estimator.surface.frame_samples import samples_of_frames, seen_under
-from estimator.surface.joint import SURFACE_OFF, JointFit, Known, joint_fit, slow_misfit, views_of
-from estimator.surface.samples import samples_of_views
+from estimator.surface.joint import SURFACE_OFF, JointFit, Known, joint_fit, slow_misfit
+from estimator.surface.samples import MovedViews, samples_of_views, views_of
 from estimator.surface.star_surface import star_surface
 from estimator.surface.told import surface_sentence
 from synth.sequence import build_silhouette_sequence
@@ -224,7 +224,7 @@ def test_views_that_are_seen_elsewhere_are_found_and_cost_little(made: tuple[Obs
         patch.setattr(by_samples, "joint_fit", lambda *given, **named: joints.append(joint_fit(*given, **named)) or joints[-1])
         found = score(free_flight.estimate(replace(made[0], view_recording=moved_away), Configuration()), made[1])
     (joint,) = joints
-    assert joint.shift_sd_px == pytest.approx(0.2, rel=0.35)
+    assert joint.views.sd_px == pytest.approx(0.2, rel=0.35)
     assert joint.noise_px[0] < 1.2 * measured.joint.noise_px[0]
     off = (joint.views.shift_px - moves).ravel()
     shared = np.concatenate([v.intrinsics.fx_px / v.t_cam_particle[2] * v.R_cam_particle[:2] for v in made[0].views])
@@ -258,18 +258,24 @@ def test_views_that_are_misplaced_are_found_and_measured_beside(made: tuple[Obse
         patch.setattr(by_samples, "joint_fit", lambda *given, **named: joints.append(joint_fit(*given, **named)) or joints[-1])
         estimate = free_flight.estimate(observation, Configuration())
     (joint,), found = joints, score(replace(estimate, status=Status.CONVERGED), made[1])
-    assert joint.shift_sd_px == pytest.approx(OFF_PX, rel=0.35)
+    assert joint.views.sd_px == pytest.approx(OFF_PX, rel=0.35)
     assert joint.noise_px[0] < 3.0 * joint.outline_noise_px[0]
     assert "surface" in estimate.statistics
     assert found["orientation_median_deg"] < 2.0
     assert max(abs(found[f"middle_pull_{c}"]) for c in COMPONENTS) < 3.0
 
 
+def disagreeing(measured: Measured) -> MovedViews:
+    """Views that are free to move and turn; their standard deviation is known."""
+    disagreement = replace(measured.particle.disagreement, calibration_px=1.0)
+    return views_of(replace(measured.particle, disagreement=disagreement, recalibrated_px=1.0), 0.0)
+
+
 def test_samples_of_views_change_as_their_moves_say(made: tuple[Observation, Truth], measured: Measured) -> None:
-    views = views_of(replace(measured.particle, disagreement=replace(measured.particle.disagreement, calibration_px=1.0)), 0.0)
+    views = disagreeing(measured)
     assert views.moved_px.shape == (18, 5)
     step = 1e-4 * np.random.default_rng(6).normal(size=views.moved_px.size)
-    there, back = (views.moved(sign * step).samples(measured.joint.surface).gap_px for sign in (1.0, -1.0))
+    there, back = (views.moved(sign * step, np.zeros(0)).samples(measured.joint.surface).gap_px for sign in (1.0, -1.0))
     told = views.samples(measured.joint.surface).by_motion @ (2.0 * step)
     off = there - back - told
     assert np.median(np.abs(off)) < 0.05 * np.median(np.abs(told))  # turns are told along normals over a pixel
@@ -278,8 +284,8 @@ def test_samples_of_views_change_as_their_moves_say(made: tuple[Observation, Tru
 def test_views_are_calibrated_where_they_are_moved_to(made: tuple[Observation, Truth], measured: Measured) -> None:
     """Campaigns go on with views that are calibrated so: their samples are those of the moved views."""
     surface = measured.joint.surface
-    views = views_of(replace(measured.particle, disagreement=replace(measured.particle.disagreement, calibration_px=1.0)), 0.0)
-    moved_views = views.moved(np.random.default_rng(7).normal(size=views.moved_px.size))
+    views = disagreeing(measured)
+    moved_views = views.moved(np.random.default_rng(7).normal(size=views.moved_px.size), np.zeros(0))
     before, there = (samples_of_views(surface, views.outlines, each).gap_px for each in (views.calibrated, moved_views.placed))
     off = there - moved_views.samples(surface).gap_px
     assert np.sqrt(np.mean(off**2)) < 0.02 * np.sqrt(np.mean((there - before) ** 2))

@@ -43,6 +43,12 @@ def test_the_seed_decides_everything() -> None:
     assert [c.keys for c in draw_cases(PLAN, 12)] != [c.keys for c in CASES]
 
 
+def test_views_that_are_off_leave_everything_else_as_it_is() -> None:
+    off = draw_cases(replace(PLAN, shape=Shape(views_off_px=1.0)), 11)
+    assert all(case.recipe.rig.calibration_px == 1.0 for case in off)
+    assert [replace(c.recipe, rig=replace(c.recipe.rig, calibration_px=0.0)) for c in off] == [c.recipe for c in CASES]
+
+
 def test_counts_are_those_asked_for_and_effects_take_turns() -> None:
     assert Counter(c.kind for c in CASES) == {"single": 75, "control": 5, "pair": 20, "outside": 9}
     assert Counter(c.keys[0] for c in of_kind("single")) == dict.fromkeys(PICTURED, 3)

@@ -87,6 +87,13 @@ def test_what_is_no_case_is_refused(root: Path, tmp_path: Path, capsys: pytest.C
     assert "expected" in error
     assert tumble("make", "--field", "--most-rows", "3", "--out", tmp_path / "made", "-q") == 2
     assert not (tmp_path / "made").exists()
-    assert tumble("make", "--field", "--singles", "3", "--out", tmp_path / "made", "-q") == 2
+    assert tumble("make", "--field", "--singles", "3", "--views-off", "1", "--out", tmp_path / "made", "-q") == 2
     assert not (tmp_path / "made").exists()
-    assert "--singles" in capsys.readouterr().err
+    assert "--singles, --views-off" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("off", ["-1", "nan", "101"])
+def test_views_cannot_be_off_by_less_than_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str], off: str) -> None:
+    assert tumble("make", f"--views-off={off}", "--out", tmp_path / "made", "-q") == 2
+    assert "expected pixels, 0 to 100" in capsys.readouterr().err
+    assert not (tmp_path / "made").exists()

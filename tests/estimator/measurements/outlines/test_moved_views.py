@@ -10,7 +10,7 @@ from datasets.observation import CalibratedView
 from estimator.data.configuration import Configuration
 from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.silhouettes.registration import register
-from scripts.trials.study_wrong_poses import miscalibrated
+from synth.rig import miscalibrated
 from tests.estimator import small_campaign
 from tests.estimator.measurements.outlines.sampled_campaign import COARSE, registered
 
