@@ -301,6 +301,8 @@ class EffectModel:
     accuracy: ClassVar[float] = 0.0
     """How far the reduced model's sizes are off nature's: a standard deviation as a share of the size, beside that of noise. Bounded by
     the share of an effect that its model leaves on bodies with corners, ``tests/agreement/test_corners.py``."""
+    further_off: ClassVar[float] = 1.0
+    """How many times further than their covariance says its parameters move whatever is fitted beside them."""
     accuracy_at_spikes: ClassVar[float] = 0.0
     """What is added in squares on bodies with hollows, whose corners a carved hull shows in part
     (``scripts/trials/study_sizes_at_spikes.py``)."""

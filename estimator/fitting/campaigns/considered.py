@@ -8,6 +8,9 @@ part of it up: with normal matrix ``H`` of the fitted parameters ``x``, their pr
 
 is the covariance of both, and that of a velocity follows from its derivatives by both. Valid where the fit is linear over ``P``.
 
+A surface is further off than its covariance says (:data:`estimator.effects.instrument.surface_amplitudes.SURFACE_OFF`): what it adds to the
+covariance of everything else, ``C_xa (C_aa)⁻¹ C_ax``, counts that many times in deviations, as in fits of one flight.
+
 An effect ``d`` that the fit has, though it may as well not be there, is the other way round: with the probability ``1 - w`` that it is
 not, its value is not ``d`` but none, and what is fitted beside it moves by ``(H⁻¹)_xd (H⁻¹)_dd⁻¹ d``. Both together are the variance over
 models, with and without each [Hoeting et al. 1999, Bayesian model averaging], about the values of the fit.
@@ -103,11 +106,24 @@ def uncertain(
 
     ``doubtful``: effects of the fit that may not be there, with the probability that they are; values of effects are given that they are.
     """
-    covariance, doubts = campaign_covariance(campaign, fit), doubts_of(campaign, fit, doubtful or {})
+    covariance, doubts = further_off(campaign_covariance(campaign, fit), fit), doubts_of(campaign, fit, doubtful or {})
     stated = stated_possible(campaign.facts, fit.model, candidates)
     of_values = considered(campaign, fit, widened(covariance, [doubt.of_others for doubt in doubts]), stated)
     at = considered(campaign, fit, widened(covariance, [doubt.shift for doubt in doubts]), _with(names, stated))
     return Uncertain(fit, at, of_values.fitted)
+
+
+def further_off(covariance: CampaignCovariance, fit: CampaignFit) -> CampaignCovariance:
+    """A covariance in which effects of the fit whose parameters are further off than it says move everything by as much more."""
+    C = covariance.covariance
+    for effect in fit.model.effects:
+        if effect.further_off == 1.0 or not effect.entry.parameters:
+            continue
+        part = fit.model.layout[effect.entry.key]
+        rows = np.unique(np.concatenate([place[part] for place in covariance.place]))
+        by = covariance.covariance[:, rows]
+        C = C + (effect.further_off**2 - 1.0) * by @ stable_inverse(by[rows]) @ by.T
+    return CampaignCovariance(C, covariance.place)
 
 
 def doubts_of(campaign: Campaign, fit: CampaignFit, doubtful: Mapping[str, float]) -> tuple[Doubt, ...]:
