@@ -80,7 +80,7 @@ def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
 
 def unless_left(judged: tuple[Status, str], particle: Particle, remark: str) -> tuple[Status, str]:
     """What was ``judged``, unless no surface meets views that disagree, however they are moved: that a wrong pose would explain, too."""
-    if judged[0] is Status.CONVERGED and particle.disagreement.beyond_noise and remark.startswith(LEFT):
+    if judged[0] in (Status.CONVERGED, Status.SECOND_CONTACT) and particle.disagreement.beyond_noise and remark.startswith(LEFT):
         return Status.AMBIGUOUS, NO_SURFACE
     return judged
 

@@ -38,7 +38,7 @@ from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.plate_edge import edge_sentence
 from estimator.impacts.plate_gap import plate_gaps
 from estimator.impacts.plate_holding import plate_task
-from estimator.measuring.by_samples import left_out_beside_contacts, on_all_samples, share_of, with_joint, with_surface
+from estimator.measuring.by_samples import left_out_beside_contacts, on_all_samples, share_of, unless_left, with_joint, with_surface
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 from estimator.reports.impact_reporting import impacts_estimate
@@ -78,7 +78,7 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     if said is None and not told.widened:
         refined, joint, remark = _by_samples(seen, task, told.refined, configuration, plate)
         told = replace(told, refined=refined)
-    status, message = judge_chain(chains, told.refined, configuration)
+    status, message = unless_left(judge_chain(chains, told.refined, configuration), seen.particle, remark)
     if joint is not None:
         tested = slow_misfit(joint)
     else:

@@ -15,7 +15,6 @@ from scipy.linalg import block_diag
 
 from datasets.vocabulary.body import Body
 from estimator.data.fit_task import Prior, Sightings
-from estimator.effects.instrument.surface_amplitudes import SURFACE_OFF
 from estimator.fitting.adequacy import Misfit, misfit_of
 from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.problem import Fact, M, M_co, prior_equations, with_facts
@@ -46,6 +45,10 @@ HELD = 1e-4
 """Standard deviation of what is held: of an offset in px, of an effect's parameter in its steps. One that is free while the mesh still cuts
 edges off takes that up and draws the surface along: a rendered cut stone ended at -0.033 px, whose samples lie at -0.002 px from its true
 outlines. Beside a leak of light and defocus that were free a surface ran away."""
+SURFACE_OFF = 3.0
+"""How many times further than its covariance says the surface moves a motion: edges are drawn by noise, too, which no covariance about the
+end tells. Over 24 trial flights of 20 to 40 frames with 18 to 60 views it was 3.1 (smooth 2.5, stones 3.0, cut 4.3, jagged 2.4). Frames of
+one flight show little of it: their own scale of the surface is about one (notebook 66)."""
 COM_SHARE, MOMENTS, PRODUCTS = 0.0006, 0.005, 0.002
 """Standard deviations of what a uniform surface's centre of mass (over its extent) and inertia (relative) are off by. In trial runs with 60
 views five scanned bodies were within 0.0007, 0.007 and 0.003; one with a hollow was off by 0.003, 0.009 and 0.005."""

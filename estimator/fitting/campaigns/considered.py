@@ -8,8 +8,8 @@ part of it up: with normal matrix ``H`` of the fitted parameters ``x``, their pr
 
 is the covariance of both, and that of a velocity follows from its derivatives by both. Valid where the fit is linear over ``P``.
 
-A surface is further off than its covariance says (:data:`estimator.effects.instrument.surface_amplitudes.SURFACE_OFF`): what it adds to the
-covariance of everything else, ``C_xa (C_aa)⁻¹ C_ax``, counts that many times in deviations, as in fits of one flight.
+A surface is further off than its covariance says (:data:`estimator.effects.instrument.surface_amplitudes.FURTHER_OFF`): what it adds to
+the covariance of everything else, ``C_xa (C_aa)⁻¹ C_ax``, counts that many times in deviations.
 
 An effect ``d`` that the fit has, though it may as well not be there, is the other way round: with the probability ``1 - w`` that it is
 not, its value is not ``d`` but none, and what is fitted beside it moves by ``(H⁻¹)_xd (H⁻¹)_dd⁻¹ d``. Both together are the variance over

@@ -19,6 +19,7 @@ from estimator.impacts.impact_contacts import SeparatedContacts, separated_conta
 from estimator.measure import measure
 from estimator.measuring import by_samples, with_impacts
 from estimator.motion.piecewise import SHIFT, TIME, PiecewiseFlight, named
+from estimator.motion.rigid_body import RanAway
 from estimator.outlines.sightings import tracks_of
 from estimator.particle.observed import observed_particle
 from estimator.particle.particle import Particle
@@ -26,6 +27,7 @@ from estimator.surface import joint as joint_module
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.joint import JointFit, joint_fit
 from estimator.surface.star_surface import star_surface
+from synth.rig import miscalibrated
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.outlines.test_behind_plate import BELOW
 from tests.estimator.test_measure import QUICK, RECIPE
@@ -33,6 +35,7 @@ from tests.estimator.test_measure import QUICK, RECIPE
 COARSE = 4
 SAMPLES = replace(QUICK, surface_fit=2)
 SEEDS = (9, 11)
+OFF_PX, RADIUS_M = 1.0, 3e-3
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -157,3 +160,18 @@ def test_contacts_that_only_widen_the_intervals_stay_with_tangents(
 
     monkeypatch.setattr(with_impacts, "separated_contacts", widened)
     assert "surface" not in measure(drops[0][0], SAMPLES).statistics
+
+
+def test_a_drop_beside_which_no_surface_meets_views_that_disagree_is_ambiguous(drops: list[tuple[Observation, Truth]]) -> None:
+    """As of a flight without impacts: a wrong pose may meet the tangents of such views by chance."""
+    rng, observation = np.random.default_rng(12), drops[0][0]
+    off = tuple(miscalibrated(view, np.zeros(3), RADIUS_M, OFF_PX, rng) for view in observation.views)
+
+    def ran_away(*_arguments: Any, **_named: Any) -> JointFit[PiecewiseFlight]:
+        raise RanAway("it left")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(by_samples, "joint_fit", ran_away)
+        found, agreeing = (measure(replace(observation, views=views), SAMPLES) for views in (off, observation.views))
+    assert (found.status, found.message.startswith(by_samples.NO_SURFACE)) == (Status.AMBIGUOUS, True)
+    assert agreeing.status in (Status.CONVERGED, Status.SECOND_CONTACT)

@@ -1,9 +1,9 @@
-"""A campaign counts what its surface adds to uncertainties as a fit of one flight does: the same flight has the same error bars."""
+"""What a campaign's surface adds to uncertainties is told with the factor by which surfaces are further off than they say."""
 
 import numpy as np
 
 from estimator.effects.choosing import catalogue
-from estimator.effects.instrument.surface_amplitudes import SURFACE_OFF
+from estimator.effects.instrument.surface_amplitudes import FURTHER_OFF
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.fitting.campaigns.considered import uncertain
@@ -12,7 +12,7 @@ from estimator.motion.flight import LAYOUT, N_PARAMETERS
 from tests.estimator.measurements.outlines.sampled_campaign import registered
 
 
-def test_what_the_surface_adds_counts_as_often_as_in_a_fit_of_one_flight() -> None:
+def test_uncertainties_were_the_surface_known_are_left_and_the_rest_counts_more() -> None:
     campaign = registered().campaign
     fit = base_fit(campaign, registered().start)
     plain, told = campaign_covariance(campaign, fit), uncertain(campaign, fit, catalogue(campaign.cameras)).at.fitted
@@ -22,6 +22,6 @@ def test_what_the_surface_adds_counts_as_often_as_in_a_fit_of_one_flight() -> No
         covariance = plain.of(number, motion)
         information = np.linalg.inv(plain.of(number, both))
         bound = np.linalg.inv(information[: len(motion), : len(motion)])  # were the surface known
-        expected = bound + SURFACE_OFF**2 * (covariance - bound)
+        expected = bound + FURTHER_OFF**2 * (covariance - bound)
         np.testing.assert_allclose(told.of(number, motion), expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max())
         assert np.all(np.diag(expected) > np.diag(covariance))
