@@ -120,8 +120,7 @@ def amplitudes_of(
     prior = believed(surface)
     moved = views_of(particle, views_px)
     views = weighed(moved.samples(surface), prior, Noise.white(shape.noise_px), huber)
-    k = len(moved.unknown)
-    known = shown(prior, views, np.eye(k) / moved.sd_px**2, np.zeros(k))
+    known = shown(prior, views, moved.information, np.zeros(len(moved.unknown)))
     rows = [csr_array(each.by_corner @ prior.basis) for each in felt]
     every = csr_array(vstack(rows))
     frames = csr_array(every.T @ every)
