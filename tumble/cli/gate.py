@@ -10,9 +10,11 @@ import os
 import platform
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
+from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from datasets.scoring.gate import Baseline, compare, load_baseline, write_baseline
 from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
 from tumble.differences import first_difference
@@ -84,12 +86,21 @@ def set_file_of(path: Path) -> Path:
 
 def _baseline_of(path: Path, gate_set: GateSet, source: Path) -> Baseline:
     baseline = load_baseline(path)
-    if different := first_difference(baseline.made_from, json.loads(json.dumps(gate_set.content()))):
+    if different := first_difference(_with_defaults(baseline.made_from, path), json.loads(json.dumps(gate_set.content()))):
         raise InputError(
             f"{source}: expected the set that {path} was made from, but {different}. Other sequences cannot be compared: take the change "
             "back, or write the baseline anew with --write."
         )
     return baseline
+
+
+def _with_defaults(made_from: dict[str, Any], path: Path) -> dict[str, Any]:
+    """What a baseline was made from, its recipes with the defaults of keys that are newer than they; as it is where they have others."""
+    try:
+        recipes = {kind: recipe_to_dict(recipe_from_dict(table, str(path))) for kind, table in made_from.get("recipes", {}).items()}
+    except InputError:
+        return made_from
+    return {**made_from, "recipes": json.loads(json.dumps(recipes))}
 
 
 def _run(gate_set: GateSet, arguments: argparse.Namespace, out: Path) -> Ran:
