@@ -37,11 +37,6 @@ class Samples:
     by_slow: Float[NDArray[np.float64], "m k"] | None = None
 
 
-def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView], offset_px: float = 0.0) -> Samples:
-    """Those of the calibrated views, which no motion moves; ``offset_px``: by how much their outlines are drawn too large."""
-    return _of_views(surface, [o.points_px for o in outlines], views, offset_px)[0]
-
-
 @dataclass(frozen=True)
 class MovedViews:
     """A particle's views of ``outlines``, each moved from where its ``calibrated`` pose has it.

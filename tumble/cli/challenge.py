@@ -11,6 +11,7 @@ from pathlib import Path
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.json_documents import plain
+from datasets.recipes.checks import BOUNDS
 from datasets.vocabulary.effects import EFFECTS
 from tumble.challenge.acceptance import acceptance
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, read_cases
@@ -36,8 +37,7 @@ from tumble.output_directory import Run, output_directory
 from tumble.read_paths import paths_given
 from tumble.written_files import read_run, refuse_other_file
 
-MOST_OFF_PX = 100.0
-"""As in a recipe's ``[rig]``."""
+(VIEWS_OFF,) = (bounds for bounds in BOUNDS if bounds.key == "rig.calibration_px")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -76,8 +76,8 @@ def _shape(arguments: argparse.Namespace) -> Shape:
         raise InputError(f"{folder}: expected scanned particles (*.ply), found none.")
     rendered = getattr(arguments, "tier", "silhouette") == "rendered"
     off_px = getattr(arguments, "views_off", 0.0)
-    if not 0.0 <= off_px <= MOST_OFF_PX:
-        raise InputError(f"--views-off {off_px:g}: expected pixels, 0 to {MOST_OFF_PX:g}.")
+    if not VIEWS_OFF.low <= off_px <= VIEWS_OFF.high:
+        raise InputError(f"--views-off {off_px:g}: expected pixels, {VIEWS_OFF.low:g} to {VIEWS_OFF.high:g}.")
     return Shape(arguments.sequences, arguments.frames, arguments.views, rendered, files, getattr(arguments, "drops", False), off_px)
 
 

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from datasets.estimate import Estimate, Status
-from datasets.observation import CalibratedView, Observation
+from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
@@ -33,9 +32,10 @@ from estimator.search.rival_flights import Standing
 from estimator.surface import joint as joint_module
 from estimator.surface.frame_samples import samples_of_frames, seen_under
 from estimator.surface.joint import SURFACE_OFF, JointFit, Known, joint_fit, slow_misfit
-from estimator.surface.samples import MovedViews, samples_of_views, views_of
+from estimator.surface.samples import MovedViews, views_of
 from estimator.surface.star_surface import star_surface
 from estimator.surface.told import surface_sentence
+from synth.rig import miscalibrated
 from synth.sequence import build_silhouette_sequence
 
 RECIPE = Recipe(
@@ -236,21 +236,11 @@ def test_views_that_are_seen_elsewhere_are_found_and_cost_little(made: tuple[Obs
 OFF_PX = 1.0
 
 
-def misplaced(view: CalibratedView, centre: Array, radius_m: float, off_px: Array) -> CalibratedView:
-    """A view whose stated pose is off by ``off_px`` (5,): it is shifted in its picture, and turned about ``centre`` as its rim shows."""
-    R, t, focal_px = view.R_cam_particle, view.t_cam_particle, view.intrinsics.fx_px
-    at = R @ centre + t
-    metre_px = at[2] / focal_px
-    turned = Rotation.from_rotvec(off_px[2:] * metre_px / radius_m).as_matrix() @ R
-    return replace(view, R_cam_particle=turned, t_cam_particle=at + np.append(off_px[:2] * metre_px, 0.0) - turned @ centre)
-
-
 def test_views_that_are_misplaced_are_found_and_measured_beside(made: tuple[Observation, Truth]) -> None:
     """Twelve views off by five times what outlines explain; without turns the surface left them, and orientations were 2 to 8° off."""
     rng, centre = np.random.default_rng(4), made[1].body.com_particle
     radius_m = 0.5 * float(np.ptp(made[1].mesh_vertices, axis=0).max())
-    off_px = OFF_PX * rng.normal(size=(12, 5))
-    views = tuple(misplaced(v, centre, radius_m, off) for v, off in zip(made[0].views[:12], off_px, strict=True))
+    views = tuple(miscalibrated(view, centre, radius_m, OFF_PX, rng) for view in made[0].views[:12])
     observation = replace(made[0], views=views, view_recording=made[0].view_recording[:12])
     joints: list[JointFit[Flight]] = []
     with pytest.MonkeyPatch.context() as patch:
@@ -286,7 +276,7 @@ def test_views_are_calibrated_where_they_are_moved_to(made: tuple[Observation, T
     surface = measured.joint.surface
     views = disagreeing(measured)
     moved_views = views.moved(np.random.default_rng(7).normal(size=views.moved_px.size), np.zeros(0))
-    before, there = (samples_of_views(surface, views.outlines, each).gap_px for each in (views.calibrated, moved_views.placed))
+    before, there = (replace(views, calibrated=each).samples(surface).gap_px for each in (views.calibrated, moved_views.placed))
     off = there - moved_views.samples(surface).gap_px
     assert np.sqrt(np.mean(off**2)) < 0.02 * np.sqrt(np.mean((there - before) ** 2))
 
